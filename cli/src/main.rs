@@ -1,0 +1,3 @@
+//! The program `hemicube`.
+
+fn main() {}

@@ -1,0 +1,13 @@
+//! Radiosity: the energy-conserving exchange of diffuse light between surfaces.
+//!
+//! **scene → patches → form factors → irradiance → picture**
+//!
+//! ```text
+//! H = D + F (ρ H)        irradiance; D is what arrives straight from emitters
+//! B = E + ρ H            radiosity, derived where needed, never stored
+//! ```
+//!
+//! The modules come in the order light travels; each uses only those above it.
+
+pub mod progress;
+pub mod scene;

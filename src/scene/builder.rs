@@ -1,0 +1,156 @@
+//! Assembles a [`Scene`]: every importer and every built-in goes through here.
+
+use std::f64::consts::PI;
+
+use glam::{DVec2, DVec3};
+
+use super::geometry::{Part, Sides, Surface};
+use super::optics::{Material, OPAQUE_ALPHA, Optics};
+use super::texture::Texture;
+use super::{Camera, Finding, Lamp, Rgb, Scene, Severity};
+
+/// Largest reflectance unless the user says otherwise: brighter "white" is a modelling default
+/// rather than a paint, and light would hardly ever be absorbed.
+pub const MAX_REFLECTANCE: f64 = 0.9;
+
+/// Collects triangles and materials; [`finish`](Self::finish) flags flaws, averages textures,
+/// clamps reflectances and says what it did.
+#[derive(Debug, Clone)]
+pub struct SceneBuilder {
+    scene: Scene,
+    has_uv: bool,
+}
+
+impl SceneBuilder {
+    /// An empty scene with `y` upwards.
+    #[must_use]
+    pub fn new(name: impl Into<String>) -> Self {
+        let optics = Optics { max_reflectance: MAX_REFLECTANCE, ..Optics::default() };
+        let scene = Scene { name: name.into(), optics, up: DVec3::Y, ..Scene::default() };
+        Self { scene, has_uv: false }
+    }
+
+    /// Reflectances above `limit` will be clamped to it.
+    pub fn max_reflectance(&mut self, limit: f64) {
+        self.scene.optics.max_reflectance = limit;
+    }
+
+    /// The direction that points upwards.
+    pub fn up(&mut self, up: DVec3) {
+        self.scene.up = up;
+    }
+
+    /// Adds a position in metres and returns its index.
+    pub fn vertex(&mut self, position: DVec3) -> u32 {
+        self.scene.geometry.vertices.push(position);
+        (self.scene.geometry.vertices.len() - 1) as u32
+    }
+
+    /// Adds a material and returns its index.
+    pub fn material(&mut self, material: Material) -> u32 {
+        self.scene.optics.materials.push(material);
+        (self.scene.optics.materials.len() - 1) as u32
+    }
+
+    /// Adds a texture and returns its index.
+    pub fn texture(&mut self, texture: Texture) -> u32 {
+        self.scene.optics.textures.push(texture);
+        (self.scene.optics.textures.len() - 1) as u32
+    }
+
+    /// Adds a named surface and returns its index.
+    pub fn surface(&mut self, surface: Surface) -> u32 {
+        self.scene.geometry.surfaces.push(surface);
+        (self.scene.geometry.surfaces.len() - 1) as u32
+    }
+
+    /// Adds a triangle, counter-clockwise seen from its front. All indices must be valid.
+    pub fn triangle(
+        &mut self,
+        vertices: [u32; 3],
+        uv: Option<[DVec2; 3]>,
+        surface: u32,
+        material: u32,
+        sides: Sides,
+    ) {
+        let (g, o) = (&mut self.scene.geometry, &mut self.scene.optics);
+        g.triangles.push(vertices);
+        g.sides.push(sides);
+        g.surface_of.push(surface);
+        g.part.push(if o.materials[material as usize].alpha < OPAQUE_ALPHA {
+            Part::Transparent
+        } else {
+            Part::Solid
+        });
+        o.material_of.push(material);
+        self.has_uv |= uv.is_some();
+        o.uv.push(uv.unwrap_or([DVec2::ZERO; 3]));
+    }
+
+    /// Adds a source of light without extent.
+    pub fn lamp(&mut self, lamp: Lamp) {
+        self.scene.lamps.push(lamp);
+    }
+
+    /// Adds a point of view.
+    pub fn camera(&mut self, camera: Camera) {
+        self.scene.cameras.push(camera);
+    }
+
+    /// Adds something worth knowing.
+    pub fn finding(
+        &mut self,
+        severity: Severity,
+        place: impl Into<String>,
+        message: impl Into<String>,
+        remedy: impl Into<String>,
+    ) {
+        self.scene.findings.push(Finding {
+            severity,
+            place: place.into(),
+            message: message.into(),
+            remedy: remedy.into(),
+        });
+    }
+
+    /// The finished scene.
+    #[must_use]
+    pub fn finish(mut self) -> Scene {
+        self.scene.geometry.flag_flaws();
+        let n = self.scene.geometry.len();
+        let optics = &mut self.scene.optics;
+        if !self.has_uv {
+            optics.uv = Vec::new();
+        }
+        optics.reflectance = Vec::with_capacity(n);
+        optics.emission = Vec::with_capacity(n);
+        for &m in &optics.material_of {
+            let m = &optics.materials[m as usize];
+            optics.reflectance.push(m.reflectance);
+            optics.emission.push(m.radiance * PI);
+        }
+        self.clamp_reflectances();
+        self.scene
+    }
+
+    fn clamp_reflectances(&mut self) {
+        let limit = self.scene.optics.max_reflectance;
+        let optics = &mut self.scene.optics;
+        let mut brightest = vec![0.0_f64; optics.materials.len()];
+        for (rho, &m) in optics.reflectance.iter_mut().zip(&optics.material_of) {
+            let b = &mut brightest[m as usize];
+            *b = b.max(rho.max_element());
+            *rho = rho.clamp(Rgb::ZERO, Rgb::splat(limit));
+        }
+        for (material, brightest) in optics.materials.iter().zip(brightest) {
+            if brightest > limit {
+                self.scene.findings.push(Finding {
+                    severity: Severity::Note,
+                    place: format!("material {}", material.name),
+                    message: format!("reflectance {brightest:.3} is clamped to {limit}"),
+                    remedy: "give it a measured reflectance, or raise --max-reflectance".into(),
+                });
+            }
+        }
+    }
+}

@@ -1,0 +1,89 @@
+//! How surfaces reflect and emit. Form factors never see this.
+
+use glam::{DVec2, DVec3};
+
+use super::Rgb;
+use super::geometry::{Side, TriangleId};
+use super::texture::Texture;
+
+/// What the user gave for a group of triangles.
+#[derive(Debug, Clone)]
+pub struct Material {
+    /// Name in the file.
+    pub name: String,
+    /// Diffuse reflectance, 0..1 per channel, before the texture is multiplied in.
+    pub reflectance: Rgb,
+    /// Index in [`Optics::textures`] of what multiplies the reflectance.
+    pub reflectance_texture: Option<u32>,
+    /// Emitted radiance in W/(m² sr) or cd/m², before the texture is multiplied in.
+    pub radiance: Rgb,
+    /// Index in [`Optics::textures`] of what multiplies the radiance.
+    pub radiance_texture: Option<u32>,
+    /// Whether the back emits too (glTF `doubleSided`); OBJ emits from the front alone.
+    pub emits_both: bool,
+    /// Mean alpha, 0 for clear to 1 for opaque. Below [`OPAQUE_ALPHA`] light passes.
+    pub alpha: f64,
+}
+
+/// Triangles whose alpha is below this let light through and are left out of visibility.
+pub const OPAQUE_ALPHA: f64 = 0.5;
+
+impl Default for Material {
+    /// White-grey paper: reflectance .5, no emission, opaque.
+    fn default() -> Self {
+        Self {
+            name: String::from("default"),
+            reflectance: DVec3::splat(0.5),
+            reflectance_texture: None,
+            radiance: DVec3::ZERO,
+            radiance_texture: None,
+            emits_both: false,
+            alpha: 1.0,
+        }
+    }
+}
+
+/// Reflectance and emission of each source triangle, and what the picture needs to evaluate them
+/// at a point.
+#[derive(Debug, Clone, Default)]
+pub struct Optics {
+    /// Mean reflectance ρ of each triangle, 0..1 per channel: the texture's mean over the
+    /// triangle's own UV footprint times the material's factor, clamped to the largest allowed.
+    pub reflectance: Vec<Rgb>,
+    /// Mean emission E of each triangle: self-emitted exitance in W/m² or lm/m², π × radiance.
+    pub emission: Vec<Rgb>,
+    /// Index in [`materials`](Self::materials) of each triangle.
+    pub material_of: Vec<u32>,
+    /// Texture coordinates of each triangle's corners; empty if no triangle has a texture.
+    pub uv: Vec<[DVec2; 3]>,
+    /// The materials.
+    pub materials: Vec<Material>,
+    /// The textures, still encoded.
+    pub textures: Vec<Texture>,
+    /// Reflectances are clamped to this.
+    pub max_reflectance: f64,
+}
+
+impl Optics {
+    /// The material of a triangle.
+    #[must_use]
+    pub fn material(&self, id: TriangleId) -> &Material {
+        &self.materials[self.material_of[id.index()] as usize]
+    }
+
+    /// Mean emission E (exitance) of one side of a triangle.
+    #[must_use]
+    pub fn emission(&self, id: TriangleId, side: Side) -> Rgb {
+        if side == Side::Front || self.material(id).emits_both {
+            self.emission[id.index()]
+        } else {
+            DVec3::ZERO
+        }
+    }
+
+    /// Whether any triangle emits.
+    #[must_use]
+    pub fn emits(&self) -> bool {
+        self.emission.iter().any(|e| e.max_element() > 0.0)
+    }
+}
