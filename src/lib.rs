@@ -11,3 +11,7 @@
 
 pub mod progress;
 pub mod scene;
+
+pub mod form_factors;
+pub mod patches;
+pub mod visibility;

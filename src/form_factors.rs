@@ -1,0 +1,17 @@
+//! Form factors: which share of the light that leaves patch i arrives at patch j.
+//!
+//! Thermal engineers say view factor. An engine makes whole rows; rows flow in blocks into a
+//! [`RowSink`]; [`FormFactors`] is the sink that keeps them. Every row accounts for everything:
+//!
+//! ```text
+//! Σ_j F_ij + environment + back + lost = 1
+//! ```
+
+pub mod delta;
+pub mod hemicube;
+mod rows;
+mod stored;
+
+pub use hemicube::{Draw, Hemicube, HemicubeError, HemicubeOptions};
+pub use rows::{Engine, EngineError, Row, RowSink, SinkError, Weights};
+pub use stored::{AssembleError, FormFactors, RowAccount, assemble};

@@ -1,0 +1,465 @@
+//! Hemicubes: a whole row of form factors from one item buffer.
+//!
+//! Cohen & Greenberg (1985), "The hemi-cube: a radiosity solution for complex environments", in the
+//! order of steps of Kulyasov & Nikulin (2012), algorithm 1: number the patches; build a hemicube
+//! about the centre of one; project all others on its five faces; count pixels by item; weight
+//! them; that is a row.
+//!
+//! # Deviations
+//! - Delta form factors are exact point-to-rectangle factors and sum to exactly one, so that
+//!   nothing needs to be divided by a total.
+//! - [`Draw::Sources`] projects source triangles instead of patches and looks up the patch under
+//!   each pixel: a row then costs the same however fine the mesh is.
+//! - The patch's own source triangle is left out by its id, never by depth.
+
+use std::sync::{Mutex, PoisonError};
+
+use glam::Vec3;
+use rayon::prelude::*;
+use thiserror::Error;
+
+use super::delta::{DeltaFormFactors, ONE};
+use super::rows::{Engine, EngineError, Row, Weights};
+use crate::patches::{PatchId, Patches, Split};
+use crate::scene::{Geometry, Side, TriangleId};
+use crate::visibility::{
+    Edges, Face, Frame, ItemBuffer, LANES, NOTHING, Occluders, PatchArea, View, code, faces_of,
+    multiversion,
+};
+
+/// What is projected on the faces.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Draw {
+    /// Source triangles; the patch under a pixel is looked up.
+    #[default]
+    Sources,
+    /// Every patch, as in the paper.
+    Patches,
+}
+
+/// How hemicubes are made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct HemicubeOptions {
+    /// Pixels along the top, even, 16 to 1,024; the sides are half as high. Default 128.
+    pub resolution: usize,
+    /// What is projected. Default: source triangles.
+    pub draw: Draw,
+}
+
+impl Default for HemicubeOptions {
+    fn default() -> Self {
+        Self { resolution: 128, draw: Draw::Sources }
+    }
+}
+
+/// Why hemicubes cannot be made as asked.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum HemicubeError {
+    /// The resolution is odd or out of range.
+    #[error("the hemicube resolution {0} is not an even number from 16 to 1024")]
+    Resolution(usize),
+}
+
+/// The hemicube engine on the CPU.
+pub struct Hemicube<'a> {
+    geometry: &'a Geometry,
+    patches: &'a Patches,
+    draw: Draw,
+    occluders: Occluders,
+    faces: [Face; 5],
+    /// Delta form factors of top and side with the stride of the faces; padding weighs nothing.
+    weights: [Vec<u32>; 2],
+    scratch: Mutex<Vec<Scratch>>,
+}
+
+/// What one thread needs to make a row.
+#[derive(Default)]
+struct Scratch {
+    view: View,
+    buffers: [ItemBuffer; 5],
+    edges: Vec<Option<Edges>>,
+    /// Weight of each patch seen so far in this row.
+    sums: Vec<u32>,
+    /// One bit a patch: whether its sum is not zero.
+    seen: Vec<u64>,
+    environment: u64,
+    back: u64,
+}
+
+/// Mark of a back that does not reflect, in an item buffer of patches.
+const BACK: u32 = NOTHING - 1;
+
+impl<'a> Hemicube<'a> {
+    /// An engine for these patches.
+    pub fn new(
+        geometry: &'a Geometry,
+        patches: &'a Patches,
+        options: HemicubeOptions,
+    ) -> Result<Self, HemicubeError> {
+        let n = options.resolution;
+        if !(16..=1024).contains(&n) || n % 2 == 1 {
+            return Err(HemicubeError::Resolution(n));
+        }
+        let delta = DeltaFormFactors::new(n);
+        let faces = Face::hemicube(n);
+        let pad = |weights: &[u32]| -> Vec<u32> {
+            let stride = faces[0].stride();
+            weights
+                .chunks(n)
+                .flat_map(|row| {
+                    row.iter().copied().chain(std::iter::repeat_n(0, stride - row.len()))
+                })
+                .collect()
+        };
+        let weights = [pad(&delta.top), pad(&delta.side)];
+        let occluders = Occluders::new(geometry);
+        let scratch = Mutex::new(Vec::new());
+        Ok(Self { geometry, patches, draw: options.draw, occluders, faces, weights, scratch })
+    }
+
+    /// Makes one row.
+    pub fn row(&self, id: PatchId, row: &mut Row) {
+        let mut scratch = self.locked().pop().unwrap_or_default();
+        scratch.sums.resize(self.patches.len(), 0);
+        scratch.seen.resize(self.patches.len().div_ceil(64), 0);
+        make_row(self, id, &mut scratch, row);
+        self.locked().push(scratch);
+    }
+
+    fn locked(&self) -> std::sync::MutexGuard<'_, Vec<Scratch>> {
+        self.scratch.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Engine for Hemicube<'_> {
+    fn name(&self) -> &'static str {
+        "hemicube"
+    }
+
+    fn bytes(&self, rows: usize) -> u64 {
+        let threads = rows.min(rayon::current_num_threads()) as u64;
+        let pixels: usize = self.faces.iter().map(|f| f.stride() * f.height()).sum();
+        let per_thread = 8 * pixels + 5 * self.patches.len() + 62 * self.occluders.len();
+        threads * per_thread as u64
+    }
+
+    fn fill(&mut self, rows: &[PatchId], out: &mut [Row]) -> Result<(), EngineError> {
+        let me = &*self;
+        rows.par_iter().zip(out).for_each(|(&id, row)| me.row(id, row));
+        Ok(())
+    }
+}
+
+multiversion! {
+    fn make_row(engine: &Hemicube<'_>, id: PatchId, scratch: &mut Scratch, row: &mut Row)
+        = make_row_kernel
+}
+
+#[inline(always)]
+fn make_row_kernel(engine: &Hemicube<'_>, id: PatchId, scratch: &mut Scratch, row: &mut Row) {
+    let cell = engine.patches.cell(id);
+    let normal = engine.geometry.normal(cell.triangle, cell.side);
+    let centre = engine.patches.center(id).position(engine.geometry);
+    engine.occluders.look(&Frame::on_surface(centre, normal), &mut scratch.view);
+    for (buffer, face) in scratch.buffers.iter_mut().zip(&engine.faces) {
+        buffer.clear(face);
+    }
+    (scratch.environment, scratch.back) = (0, 0);
+    match engine.draw {
+        Draw::Sources => {
+            project_sources(engine, cell.triangle, scratch);
+            count_sources(engine, scratch);
+        }
+        Draw::Patches => {
+            project_patches(engine, cell.triangle, scratch);
+            count_patches(engine, scratch);
+        }
+    }
+    scratch.write(row);
+}
+
+/// Projects every source triangle but the patch's own on the faces; items are twice the number of
+/// the solid triangle, plus one if its back is seen.
+#[inline(always)]
+fn project_sources(engine: &Hemicube<'_>, own: TriangleId, s: &mut Scratch) {
+    s.edges.resize(engine.occluders.len(), None);
+    for (i, &id) in engine.occluders.ids().iter().enumerate() {
+        let faces = engine.occluders.faces_in(&s.view, i);
+        if faces == 0 || id == own {
+            continue;
+        }
+        let corners = engine.occluders.corners_in(&s.view, i);
+        let Some(edges) = Edges::new(corners) else { continue };
+        s.edges[i] = Some(edges);
+        let item = 2 * i as u32 + u32::from(edges.back);
+        for (f, (face, buffer)) in engine.faces.iter().zip(&mut s.buffers).enumerate() {
+            if faces >> f & 1 == 1 {
+                buffer.draw(face, &corners, &edges, item);
+            }
+        }
+    }
+}
+
+/// Projects every patch but those of the own source triangle on the faces; items are patches.
+#[inline(always)]
+fn project_patches(engine: &Hemicube<'_>, own: TriangleId, s: &mut Scratch) {
+    for (i, &id) in engine.occluders.ids().iter().enumerate() {
+        if engine.occluders.faces_in(&s.view, i) == 0 || id == own {
+            continue;
+        }
+        let corners = engine.occluders.corners_in(&s.view, i);
+        let Some(edges) = Edges::new(corners) else { continue };
+        let side = if edges.back { Side::Back } else { Side::Front };
+        let mut draw = |patch: [Vec3; 3], area: &PatchArea, item: u32| {
+            let joined = patch.iter().fold(0, |c, p| c | code(p.x, p.y, p.z));
+            let faces = faces_of(joined);
+            for (f, (face, buffer)) in engine.faces.iter().zip(&mut s.buffers).enumerate() {
+                if faces >> f & 1 == 1 {
+                    buffer.draw_patch(face, &patch, &edges, area, item);
+                }
+            }
+        };
+        if engine.patches.split_of(id, side) == Split::None {
+            let whole = PatchArea { strips: 1.0, strip: [0.0; 3], inverted: false };
+            draw(corners, &whole, BACK);
+        }
+        for patch in engine.patches.of_side(id, side) {
+            let cell = engine.patches.cell(patch);
+            let n = cell.strips() as f32;
+            let area = PatchArea {
+                strips: n,
+                strip: cell.strip().map(|i| i as f32),
+                inverted: cell.inverted,
+            };
+            let [a, b, c] = corners;
+            let at =
+                |l: [u32; 3]| (a * l[0] as f32 + b * l[1] as f32 + c * l[2] as f32) * (1.0 / n);
+            draw(cell.lattice().map(at), &area, patch.0);
+        }
+    }
+}
+
+impl Scratch {
+    #[inline(always)]
+    fn add(&mut self, patch: u32, weight: u32) {
+        self.sums[patch as usize] += weight;
+        self.seen[patch as usize / 64] |= 1 << (patch % 64);
+    }
+
+    /// Moves the sums into `row`, ascending, and clears them.
+    fn write(&mut self, row: &mut Row) {
+        row.columns.clear();
+        let mut weights = match &mut row.weights {
+            Weights::Fixed(w) => std::mem::take(w),
+        };
+        weights.clear();
+        for (word, bits) in self.seen.iter_mut().enumerate() {
+            while *bits != 0 {
+                let patch = word as u32 * 64 + bits.trailing_zeros();
+                *bits &= *bits - 1;
+                let sum = std::mem::take(&mut self.sums[patch as usize]);
+                if sum > 0 {
+                    row.columns.push(patch);
+                    weights.push(sum);
+                }
+            }
+        }
+        row.weights = Weights::Fixed(weights);
+        row.environment = self.environment as f64 / f64::from(ONE);
+        row.back = self.back as f64 / f64::from(ONE);
+        row.lost = 0.0;
+    }
+}
+
+/// Sums the weights of runs of equal items, and calls `run(s, item, from, to, sum)`.
+#[inline(always)]
+fn count_patches(engine: &Hemicube<'_>, s: &mut Scratch) {
+    for (f, face) in engine.faces.iter().enumerate() {
+        let weights = &engine.weights[usize::from(f > 0)];
+        let buffer = std::mem::take(&mut s.buffers[f]);
+        for (items, weights) in
+            buffer.items().chunks(face.stride()).zip(weights.chunks(face.stride()))
+        {
+            for (&item, &weight) in items.iter().zip(weights) {
+                match item {
+                    NOTHING => s.environment += u64::from(weight),
+                    BACK => s.back += u64::from(weight),
+                    patch => s.add(patch, weight),
+                }
+            }
+        }
+        s.buffers[f] = buffer;
+    }
+}
+
+/// Looks up the patch under each pixel and sums the weights. Pixels come in runs of one source
+/// triangle; the run of a triangle that is a single patch is summed as a whole.
+#[inline(always)]
+fn count_sources(engine: &Hemicube<'_>, s: &mut Scratch) {
+    for (f, face) in engine.faces.iter().enumerate() {
+        let table = &engine.weights[usize::from(f > 0)];
+        let buffer = std::mem::take(&mut s.buffers[f]);
+        for (y, (items, weights)) in
+            buffer.items().chunks(face.stride()).zip(table.chunks(face.stride())).enumerate()
+        {
+            let items = &items[..face.width()];
+            let mut from = 0;
+            while from < items.len() {
+                let item = items[from];
+                let mut to = from + 1;
+                while to < items.len() && items[to] == item {
+                    to += 1;
+                }
+                count_run(engine, s, face, y, item, from..to, weights);
+                from = to;
+            }
+        }
+        s.buffers[f] = buffer;
+    }
+}
+
+#[inline(always)]
+fn count_run(
+    engine: &Hemicube<'_>,
+    s: &mut Scratch,
+    face: &Face,
+    y: usize,
+    item: u32,
+    run: std::ops::Range<usize>,
+    weights: &[u32],
+) {
+    let whole = || weights[run.clone()].iter().sum::<u32>();
+    if item == NOTHING {
+        s.environment += u64::from(whole());
+        return;
+    }
+    let solid = item as usize / 2;
+    let triangle = engine.occluders.ids()[solid];
+    let split = engine.patches.splits()[2 * triangle.index() + (item as usize & 1)];
+    match (split, &s.edges[solid]) {
+        (Split::Uniform { first, level: 0 }, _) => s.add(first, whole()),
+        (Split::Uniform { first, level }, Some(edges)) => {
+            let mut ids = [0; LANES];
+            let e = edges.edge.map(|e| face.turn(e));
+            let y = face.y()[y];
+            let c = e.map(|e| e[1] * y + e[2]);
+            let n = (1_u32 << level) as f32;
+            let mut from = run.start;
+            let (mut patch, mut sum) = (u32::MAX, 0);
+            while from < run.end {
+                let block = from - from % LANES;
+                let xs: &[f32] = &face.x()[block..block + LANES];
+                for l in 0..LANES {
+                    let x = xs[l];
+                    let f = [e[0][0] * x + c[0], e[1][0] * x + c[1], e[2][0] * x + c[2]];
+                    ids[l] = first + index_in_grid(n, f);
+                }
+                let to = run.end.min(block + LANES);
+                for l in from..to {
+                    let id = ids[l - block];
+                    if id != patch {
+                        if sum > 0 {
+                            s.add(patch, sum);
+                        }
+                        (patch, sum) = (id, 0);
+                    }
+                    sum += weights[l];
+                }
+                from = to;
+            }
+            if sum > 0 {
+                s.add(patch, sum);
+            }
+        }
+        _ => s.back += u64::from(whole()),
+    }
+}
+
+/// Index of the patch in a grid of `n` strips whose edge functions have the values `f`; the twin in
+/// single precision of the look-up by barycentric coordinates. Always below n².
+#[inline(always)]
+fn index_in_grid(n: f32, f: [f32; 3]) -> u32 {
+    let scale = n / (f[0] + f[1] + f[2]);
+    let (u, v) = ((f[0] * scale).max(0.0), (f[1] * scale).max(0.0));
+    let i = u.floor().min(n - 1.0);
+    let j = v.floor().min(n - 1.0 - i);
+    let inverted = (u - i) + (v - j) > 1.0 && i + j + 2.0 <= n;
+    let (n, i, j) = (n as i32, i as i32, j as i32);
+    (i * (2 * n - i) + 2 * j + i32::from(inverted)) as u32
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+    use crate::scene::{Material, SceneBuilder, Sides, Surface};
+
+    /// The inside of a unit cube.
+    fn cube() -> Geometry {
+        let mut b = SceneBuilder::new("cube");
+        let m = b.material(Material::default());
+        let s = b.surface(Surface { name: "cube".into(), node: 0, primitive: 0 });
+        let v: Vec<u32> = (0..8_u32)
+            .map(|i| b.vertex(DVec3::new((i & 1).into(), (i >> 1 & 1).into(), (i >> 2 & 1).into())))
+            .collect();
+        for [p, q, r, t] in
+            [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+        {
+            b.triangle([v[p], v[q], v[r]], None, s, m, Sides::One);
+            b.triangle([v[p], v[r], v[t]], None, s, m, Sides::One);
+        }
+        b.finish().geometry
+    }
+
+    fn rows(g: &Geometry, p: &Patches, draw: Draw, resolution: usize) -> Vec<Row> {
+        let mut engine = Hemicube::new(g, p, HemicubeOptions { resolution, draw }).unwrap();
+        let ids: Vec<PatchId> = p.ids().collect();
+        let mut rows = vec![Row::default(); ids.len()];
+        engine.fill(&ids, &mut rows).unwrap();
+        rows
+    }
+
+    #[test]
+    fn rows_of_a_closed_cube_sum_to_exactly_one() {
+        let g = cube();
+        let p = Patches::uniform(&g, 0.02).unwrap();
+        for draw in [Draw::Sources, Draw::Patches] {
+            for row in rows(&g, &p, draw, 64) {
+                assert_eq!(row.weights.sum(), 1.0, "{draw:?}");
+                assert_eq!([row.environment, row.back, row.lost], [0.0; 3]);
+            }
+        }
+    }
+
+    #[test]
+    fn drawing_sources_gives_the_rows_of_drawing_patches() {
+        let g = cube();
+        let p = Patches::uniform(&g, 0.01).unwrap();
+        let (a, b) = (rows(&g, &p, Draw::Sources, 128), rows(&g, &p, Draw::Patches, 128));
+        for (a, b) in a.iter().zip(&b) {
+            let variation: f64 =
+                p.ids().map(|j| (a.factor_to(j) - b.factor_to(j)).abs()).sum::<f64>() / 2.0;
+            assert!(variation <= 1e-4, "{variation}");
+        }
+    }
+
+    #[test]
+    fn faces_of_the_unit_cube_have_their_analytic_factors() {
+        let g = cube();
+        let p = Patches::uniform(&g, 0.5 / 256.0).unwrap();
+        let rows = rows(&g, &p, Draw::Sources, 128);
+        let face = |id: PatchId| p.cell(id).triangle.index() / 2;
+        let mut factor = [0.0; 6];
+        for (i, row) in p.ids().zip(&rows).filter(|(i, _)| face(*i) == 0) {
+            for (j, f) in row.entries() {
+                factor[face(j)] += p.area(i) * f;
+            }
+        }
+        assert_eq!(factor[0], 0.0);
+        assert!((factor[1] / 0.199_824_895_7 - 1.0).abs() < 5e-3, "opposite {}", factor[1]);
+        for adjacent in &factor[2..] {
+            assert!((adjacent / 0.200_043_776_1 - 1.0).abs() < 5e-3, "adjacent {adjacent}");
+        }
+    }
+}

@@ -1,0 +1,138 @@
+//! A row of the matrix, who makes it, and where it goes.
+
+use std::collections::TryReserveError;
+
+use thiserror::Error;
+
+use super::delta::ONE;
+use crate::patches::PatchId;
+
+/// The form factors of a row, in one of the forms that engines make.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Weights {
+    /// In units of 1 / [`ONE`], as hemicubes count them: sums are exact.
+    Fixed(Vec<u32>),
+}
+
+impl Weights {
+    /// Number of entries.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        match self {
+            Self::Fixed(w) => w.len(),
+        }
+    }
+
+    /// Whether there is no entry.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Entry `i` as a share of 1.
+    #[must_use]
+    pub fn get(&self, i: usize) -> f64 {
+        match self {
+            Self::Fixed(w) => f64::from(w[i]) / f64::from(ONE),
+        }
+    }
+
+    /// Sum of the entries. Of fixed-point weights it is exact until the final division.
+    #[must_use]
+    pub fn sum(&self) -> f64 {
+        match self {
+            Self::Fixed(w) => w.iter().map(|&w| u64::from(w)).sum::<u64>() as f64 / f64::from(ONE),
+        }
+    }
+}
+
+/// One row of the matrix of form factors with its full account.
+///
+/// `Σ weights + environment + back + lost = 1`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Row {
+    /// The patches seen, ascending.
+    pub columns: Vec<u32>,
+    /// The form factor of each.
+    pub weights: Weights,
+    /// Share that escapes.
+    pub environment: f64,
+    /// Share that ends on backs which do not reflect.
+    pub back: f64,
+    /// Share lost numerically.
+    pub lost: f64,
+}
+
+impl Default for Row {
+    fn default() -> Self {
+        Self {
+            columns: Vec::new(),
+            weights: Weights::Fixed(Vec::new()),
+            environment: 0.0,
+            back: 0.0,
+            lost: 0.0,
+        }
+    }
+}
+
+impl Row {
+    /// Entries and account together: 1 but for rounding.
+    #[must_use]
+    pub fn total(&self) -> f64 {
+        self.weights.sum() + self.environment + self.back + self.lost
+    }
+
+    /// The form factor to one patch.
+    #[must_use]
+    pub fn factor_to(&self, j: PatchId) -> f64 {
+        self.columns.binary_search(&j.0).map_or(0.0, |k| self.weights.get(k))
+    }
+
+    /// Patches and form factors in turn.
+    pub fn entries(&self) -> impl Iterator<Item = (PatchId, f64)> + '_ {
+        self.columns.iter().enumerate().map(|(k, &j)| (PatchId(j), self.weights.get(k)))
+    }
+}
+
+/// Why rows could not be made.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum EngineError {
+    /// A device failed.
+    #[error("{0}")]
+    Device(String),
+}
+
+/// Makes rows of the matrix of form factors.
+pub trait Engine {
+    /// Its name, as users know it.
+    fn name(&self) -> &'static str;
+
+    /// Memory it takes to make `rows` rows at once, in bytes, without the rows themselves.
+    fn bytes(&self, rows: usize) -> u64;
+
+    /// Makes one row for each of `rows`, in `out` of the same length. The result depends neither on
+    /// how rows are grouped nor on the number of threads.
+    fn fill(&mut self, rows: &[PatchId], out: &mut [Row]) -> Result<(), EngineError>;
+}
+
+/// Why rows could not be taken.
+#[derive(Debug, Error)]
+pub enum SinkError {
+    /// The rows do not fit in the memory allowed.
+    #[error(
+        "the form factors take more than {limit_mib} MiB; use a larger --patch-size, a lower --resolution or more --memory"
+    )]
+    Memory {
+        /// The limit in MiB.
+        limit_mib: u64,
+    },
+    /// The system has no more memory.
+    #[error("out of memory: {0}")]
+    Allocation(#[from] TryReserveError),
+}
+
+/// Where rows go.
+pub trait RowSink {
+    /// Takes a block of rows.
+    fn take(&mut self, ids: &[PatchId], rows: &[Row]) -> Result<(), SinkError>;
+}

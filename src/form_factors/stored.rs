@@ -1,0 +1,207 @@
+//! The matrix of form factors, kept row by row, and the driver that has it made.
+
+use std::ops::ControlFlow;
+
+use thiserror::Error;
+
+use super::rows::{Engine, EngineError, Row, RowSink, SinkError, Weights};
+use crate::patches::PatchId;
+use crate::progress::Progress;
+use crate::scene::Rgb;
+
+/// What a row holds beside its entries.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct RowAccount {
+    /// Share that escapes.
+    pub environment: f64,
+    /// Share that ends on backs which do not reflect.
+    pub back: f64,
+    /// Share lost numerically.
+    pub lost: f64,
+}
+
+/// Rows of form factors in memory. A patch that nobody asked for has no row; its entries are zero.
+#[derive(Debug, Clone)]
+pub struct FormFactors {
+    blocks: Vec<Block>,
+    /// Block and row within it of each patch.
+    place: Vec<Option<(u32, u32)>>,
+    accounts: Vec<RowAccount>,
+    entries: u64,
+    limit: u64,
+}
+
+#[derive(Debug, Clone)]
+struct Block {
+    /// Where each row begins, and where the last ends.
+    starts: Vec<usize>,
+    columns: Vec<u32>,
+    weights: Weights,
+}
+
+/// One stored row.
+#[derive(Debug, Clone, Copy)]
+pub struct StoredRow<'a> {
+    /// The patches seen, ascending.
+    pub columns: &'a [u32],
+    weights: &'a Weights,
+    start: usize,
+}
+
+impl StoredRow<'_> {
+    /// Patches and form factors in turn.
+    pub fn entries(&self) -> impl Iterator<Item = (PatchId, f64)> + '_ {
+        self.columns
+            .iter()
+            .enumerate()
+            .map(|(k, &j)| (PatchId(j), self.weights.get(self.start + k)))
+    }
+}
+
+/// Bytes of one stored entry: column and weight.
+pub const ENTRY_BYTES: u64 = 8;
+
+impl FormFactors {
+    /// Room for the rows of `patches` patches in at most `limit` bytes.
+    #[must_use]
+    pub fn new(patches: usize, limit: u64) -> Self {
+        Self {
+            blocks: Vec::new(),
+            place: vec![None; patches],
+            accounts: vec![RowAccount::default(); patches],
+            entries: 0,
+            limit,
+        }
+    }
+
+    /// Number of patches, with and without a row.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.place.len()
+    }
+
+    /// Whether there is no patch.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.place.is_empty()
+    }
+
+    /// Number of entries stored.
+    #[must_use]
+    pub fn entries(&self) -> u64 {
+        self.entries
+    }
+
+    /// Number of rows stored.
+    #[must_use]
+    pub fn rows(&self) -> usize {
+        self.place.iter().flatten().count()
+    }
+
+    /// Whether a patch has a row.
+    #[must_use]
+    pub fn has_row(&self, id: PatchId) -> bool {
+        self.place[id.index()].is_some()
+    }
+
+    /// What a patch's row holds beside its entries; all zero without a row.
+    #[must_use]
+    pub fn account(&self, id: PatchId) -> RowAccount {
+        self.accounts[id.index()]
+    }
+
+    /// A patch's row.
+    #[must_use]
+    pub fn row(&self, id: PatchId) -> Option<StoredRow<'_>> {
+        let (block, row) = self.place[id.index()]?;
+        let block = &self.blocks[block as usize];
+        let (from, to) = (block.starts[row as usize], block.starts[row as usize + 1]);
+        Some(StoredRow { columns: &block.columns[from..to], weights: &block.weights, start: from })
+    }
+
+    /// `Σ_j F_ij x_j`; zero without a row.
+    #[must_use]
+    pub fn gather(&self, id: PatchId, x: &[Rgb]) -> Rgb {
+        let Some(row) = self.row(id) else { return Rgb::ZERO };
+        let (from, to) = (row.start, row.start + row.columns.len());
+        match row.weights {
+            Weights::Fixed(w) => {
+                let mut sum = Rgb::ZERO;
+                for (&j, &w) in row.columns.iter().zip(&w[from..to]) {
+                    sum += x[j as usize] * f64::from(w);
+                }
+                sum / f64::from(super::delta::ONE)
+            }
+        }
+    }
+
+    /// Sum of a row's entries, without its account.
+    #[must_use]
+    pub fn row_sum(&self, id: PatchId) -> f64 {
+        self.row(id).map_or(0.0, |r| r.entries().map(|e| e.1).sum())
+    }
+}
+
+impl RowSink for FormFactors {
+    fn take(&mut self, ids: &[PatchId], rows: &[Row]) -> Result<(), SinkError> {
+        let entries: usize = rows.iter().map(|r| r.columns.len()).sum();
+        self.entries += entries as u64;
+        if self.entries * ENTRY_BYTES > self.limit {
+            return Err(SinkError::Memory { limit_mib: self.limit >> 20 });
+        }
+        let mut starts = vec![0];
+        let mut columns = Vec::new();
+        columns.try_reserve_exact(entries)?;
+        let mut fixed = Vec::new();
+        fixed.try_reserve_exact(entries)?;
+        for (row, (&id, r)) in ids.iter().zip(rows).enumerate() {
+            columns.extend_from_slice(&r.columns);
+            match &r.weights {
+                Weights::Fixed(w) => fixed.extend_from_slice(w),
+            }
+            starts.push(columns.len());
+            self.place[id.index()] = Some((self.blocks.len() as u32, row as u32));
+            self.accounts[id.index()] =
+                RowAccount { environment: r.environment, back: r.back, lost: r.lost };
+        }
+        self.blocks.push(Block { starts, columns, weights: Weights::Fixed(fixed) });
+        Ok(())
+    }
+}
+
+/// Why a matrix was not made.
+#[derive(Debug, Error)]
+pub enum AssembleError {
+    /// The engine failed.
+    #[error(transparent)]
+    Engine(#[from] EngineError),
+    /// The sink failed.
+    #[error(transparent)]
+    Sink(#[from] SinkError),
+    /// The caller cancelled.
+    #[error("cancelled")]
+    Cancelled,
+}
+
+/// Rows flow from engine to sink in blocks of this many.
+pub const BLOCK: usize = 256;
+
+/// Has the rows of `ids` made and handed to `sink`, in order, block by block; advances `progress` by
+/// one a row.
+pub fn assemble(
+    engine: &mut dyn Engine,
+    ids: &[PatchId],
+    sink: &mut dyn RowSink,
+    progress: &dyn Progress,
+) -> Result<(), AssembleError> {
+    let mut rows = vec![Row::default(); BLOCK.min(ids.len())];
+    for block in ids.chunks(BLOCK) {
+        let rows = &mut rows[..block.len()];
+        engine.fill(block, rows)?;
+        sink.take(block, rows)?;
+        if let ControlFlow::Break(()) = progress.advance(block.len() as u64) {
+            return Err(AssembleError::Cancelled);
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,342 @@
+//! Patches: the pieces of surface that exchange light.
+//!
+//! A patch is a cell of the triangular grid that repeated 1-to-4 midpoint splits lay on one side
+//! of a source triangle. At level `l` a side of the source is cut into `n = 2^l` strips along each
+//! barycentric coordinate; a cell is known by the integer parts `(i, j, k)` of `n` times the
+//! barycentric coordinates of its points: `i + j + k = n - 1` in cells that stand like their source
+//! triangle, `n - 2` in those that are upside down. The parent of `(i, j, k)` is `(i/2, j/2, k/2)`.
+//!
+//! Ids are consecutive: the fronts of all source triangles in file order, then the backs. Within
+//! one uniformly split side the id follows from the barycentric coordinates in O(1).
+
+mod cell;
+
+use glam::{DVec2, DVec3};
+use thiserror::Error;
+
+pub use cell::Cell;
+
+use crate::scene::{Geometry, Side, TriangleId};
+
+/// Index of a patch, and of its row and column in the matrix of form factors.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct PatchId(pub u32);
+
+impl PatchId {
+    /// The index as `usize`.
+    #[must_use]
+    pub fn index(self) -> usize {
+        self.0 as usize
+    }
+}
+
+/// A point on one side of a source triangle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SurfacePoint {
+    /// The source triangle.
+    pub triangle: TriangleId,
+    /// The side of it.
+    pub side: Side,
+    /// Barycentric coordinates of the corners `b` and `c`: the point is `a + u (b - a) + v (c - a)`.
+    pub uv: DVec2,
+}
+
+impl SurfacePoint {
+    /// Barycentric coordinates of all three corners.
+    #[must_use]
+    pub fn barycentric(&self) -> DVec3 {
+        DVec3::new(1.0 - self.uv.x - self.uv.y, self.uv.x, self.uv.y)
+    }
+
+    /// Position in metres.
+    #[must_use]
+    pub fn position(&self, geometry: &Geometry) -> DVec3 {
+        at_barycentric(geometry.corners(self.triangle), self.barycentric())
+    }
+}
+
+/// The point of a triangle with the given barycentric coordinates.
+#[must_use]
+pub fn at_barycentric([a, b, c]: [DVec3; 3], l: DVec3) -> DVec3 {
+    a * l.x + b * l.y + c * l.z
+}
+
+/// Why a scene cannot be split as asked.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum PatchesError {
+    /// The largest area is zero, negative or not a number.
+    #[error("the patch size must be a positive area in m²")]
+    BadArea,
+    /// More patches than ids, or a single triangle split too finely.
+    #[error(
+        "the patch size is too small for this scene: {count} patches (at most {MAX_PATCHES}); use a larger --patch-size"
+    )]
+    TooMany {
+        /// How many patches it would take (at least).
+        count: u64,
+    },
+}
+
+/// More patches than this are refused: ids must leave room for marks in an item buffer.
+pub const MAX_PATCHES: u64 = 1 << 30;
+
+/// A side of a source triangle is split at most this often (grid coordinates fit 16 bits).
+pub const MAX_LEVEL: u8 = 14;
+
+/// What one side of a source triangle is cut into.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Split {
+    /// It has no patch: a back that does not reflect, or a triangle that takes no part.
+    None,
+    /// A uniform grid of `4^level` patches that begins at `first`.
+    Uniform {
+        /// Id of the first patch.
+        first: u32,
+        /// Number of splits.
+        level: u8,
+    },
+}
+
+/// The patches of a scene. Never changes.
+#[derive(Debug, Clone)]
+pub struct Patches {
+    /// Two per source triangle: front, back.
+    splits: Vec<Split>,
+    /// Where each patch lies.
+    cells: Vec<Cell>,
+    /// Area of each patch, m².
+    areas: Vec<f64>,
+}
+
+impl Patches {
+    /// Splits every exchanging side 1 to 4 at the edge midpoints until no area exceeds `max_area`
+    /// (m²): the paper's uniform subdivision.
+    pub fn uniform(geometry: &Geometry, max_area: f64) -> Result<Self, PatchesError> {
+        let levels = uniform_levels(geometry, max_area)?;
+        let mut patches = Self {
+            splits: vec![Split::None; 2 * geometry.len()],
+            cells: Vec::new(),
+            areas: Vec::new(),
+        };
+        for side in Side::BOTH {
+            for triangle in geometry.ids().filter(|&t| geometry.exchanges(t, side)) {
+                let level = levels[triangle.index()];
+                let first = patches.cells.len() as u32;
+                patches.splits[side_index(triangle, side)] = Split::Uniform { first, level };
+                let count = 1_u32 << (2 * u32::from(level));
+                let area = geometry.area(triangle) / f64::from(count);
+                patches.cells.extend(Cell::grid(triangle, side, level));
+                patches.areas.resize(patches.cells.len(), area);
+            }
+        }
+        Ok(patches)
+    }
+
+    /// The largest area (m²) that yields at least `target` patches, and as near to it as halving
+    /// finds; the whole triangles' largest area if the triangles alone are that many.
+    #[must_use]
+    pub fn area_for(geometry: &Geometry, target: u64) -> f64 {
+        let sides: Vec<(f64, u64)> = geometry
+            .ids()
+            .filter(|&t| geometry.is_solid(t))
+            .map(|t| {
+                let count = Side::BOTH.iter().filter(|&&s| geometry.exchanges(t, s)).count();
+                (geometry.area(t), count as u64)
+            })
+            .collect();
+        let count = |max_area: f64| -> u64 {
+            sides.iter().map(|&(a, n)| n << (2 * u32::from(level_for(a, max_area).min(20)))).sum()
+        };
+        let largest = sides.iter().map(|s| s.0).fold(0.0, f64::max);
+        if largest <= 0.0 {
+            return 1.0;
+        }
+        let (mut low, mut high) = (largest * 1e-12, largest);
+        if count(high) >= target {
+            return high;
+        }
+        for _ in 0..60 {
+            let middle = (low * high).sqrt();
+            if count(middle) >= target { low = middle } else { high = middle }
+        }
+        low
+    }
+
+    /// Number of patches.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.cells.len()
+    }
+
+    /// Whether there is no patch.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.cells.is_empty()
+    }
+
+    /// All ids in order.
+    pub fn ids(&self) -> impl ExactSizeIterator<Item = PatchId> + use<> {
+        (0..self.cells.len() as u32).map(PatchId)
+    }
+
+    /// Where a patch lies on its source triangle.
+    #[must_use]
+    pub fn cell(&self, id: PatchId) -> Cell {
+        self.cells[id.index()]
+    }
+
+    /// Area of a patch in m².
+    #[must_use]
+    pub fn area(&self, id: PatchId) -> f64 {
+        self.areas[id.index()]
+    }
+
+    /// How one side of a source triangle is cut.
+    #[must_use]
+    pub fn split_of(&self, triangle: TriangleId, side: Side) -> Split {
+        self.splits[side_index(triangle, side)]
+    }
+
+    /// How every side is cut: index `2 t` is the front of triangle `t`, `2 t + 1` its back.
+    #[must_use]
+    pub fn splits(&self) -> &[Split] {
+        &self.splits
+    }
+
+    /// The patches of one side of a source triangle.
+    pub fn of_side(
+        &self,
+        triangle: TriangleId,
+        side: Side,
+    ) -> impl ExactSizeIterator<Item = PatchId> + use<> {
+        match self.split_of(triangle, side) {
+            Split::None => 0..0,
+            Split::Uniform { first, level } => first..first + (1 << (2 * u32::from(level))),
+        }
+        .map(PatchId)
+    }
+
+    /// The patch under a point; `None` on a side that exchanges no light.
+    #[must_use]
+    pub fn at(&self, p: SurfacePoint) -> Option<PatchId> {
+        match self.split_of(p.triangle, p.side) {
+            Split::None => None,
+            Split::Uniform { first, level } => {
+                Some(PatchId(first + cell::index_in_grid(level, p.barycentric())))
+            }
+        }
+    }
+
+    /// The point of a patch with coordinates `u` in the unit square, uniform in area.
+    #[must_use]
+    pub fn sample(&self, id: PatchId, u: DVec2) -> SurfacePoint {
+        let cell = self.cell(id);
+        let s = u.x.sqrt();
+        let local = DVec3::new(1.0 - s, s * (1.0 - u.y), s * u.y);
+        cell.point(local)
+    }
+
+    /// The centroid of a patch.
+    #[must_use]
+    pub fn center(&self, id: PatchId) -> SurfacePoint {
+        self.cell(id).point(DVec3::splat(1.0 / 3.0))
+    }
+}
+
+/// Index of a side among the two per source triangle: `2 t` front, `2 t + 1` back.
+#[must_use]
+pub fn side_index(triangle: TriangleId, side: Side) -> usize {
+    2 * triangle.index() + side as usize
+}
+
+/// Number of 1-to-4 splits after which `area` is at most `max_area`.
+fn level_for(area: f64, max_area: f64) -> u8 {
+    let mut level = 0;
+    let mut a = area;
+    while a > max_area && level < 60 {
+        a *= 0.25;
+        level += 1;
+    }
+    level
+}
+
+fn uniform_levels(geometry: &Geometry, max_area: f64) -> Result<Vec<u8>, PatchesError> {
+    if max_area.is_nan() || max_area <= 0.0 {
+        return Err(PatchesError::BadArea);
+    }
+    let mut count = 0_u64;
+    let mut levels = Vec::with_capacity(geometry.len());
+    for t in geometry.ids() {
+        let level = if geometry.is_solid(t) { level_for(geometry.area(t), max_area) } else { 0 };
+        let sides = Side::BOTH.iter().filter(|&&s| geometry.exchanges(t, s)).count() as u64;
+        count = count.saturating_add(sides << (2 * u32::from(level.min(28))));
+        if level > MAX_LEVEL || count > MAX_PATCHES {
+            return Err(PatchesError::TooMany { count });
+        }
+        levels.push(level);
+    }
+    Ok(levels)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Material, SceneBuilder, Sides, Surface};
+
+    fn triangle(sides: Sides) -> Geometry {
+        let mut b = SceneBuilder::new("triangle");
+        let m = b.material(Material::default());
+        let s = b.surface(Surface { name: "t".into(), node: 0, primitive: 0 });
+        let v = [DVec3::ZERO, DVec3::new(2.0, 0.0, 0.0), DVec3::new(0.5, 3.0, 1.0)]
+            .map(|p| b.vertex(p));
+        b.triangle(v, None, s, m, sides);
+        b.finish().geometry
+    }
+
+    #[test]
+    fn splits_until_the_area_is_at_most_the_size() {
+        let g = triangle(Sides::One);
+        let area = g.area(TriangleId(0));
+        assert_eq!(Patches::uniform(&g, area).unwrap().len(), 1);
+        assert_eq!(Patches::uniform(&g, area * 0.999).unwrap().len(), 4);
+        assert_eq!(Patches::uniform(&g, area / 16.0).unwrap().len(), 16);
+        assert_eq!(Patches::uniform(&g, 0.0).unwrap_err(), PatchesError::BadArea);
+        assert!(matches!(Patches::uniform(&g, 1e-30), Err(PatchesError::TooMany { .. })));
+    }
+
+    #[test]
+    fn area_is_kept_and_every_center_finds_its_patch() {
+        let g = triangle(Sides::Two);
+        let p = Patches::uniform(&g, 0.01).unwrap();
+        let total: f64 = p.ids().map(|i| p.area(i)).sum();
+        assert!((total - 2.0 * g.area(TriangleId(0))).abs() < 1e-12);
+        for id in p.ids() {
+            assert_eq!(p.at(p.center(id)), Some(id));
+            for (x, y) in [(0.01, 0.01), (0.99, 0.01), (0.99, 0.99), (0.5, 0.5)] {
+                assert_eq!(p.at(p.sample(id, DVec2::new(x, y))), Some(id));
+            }
+            let [a, b, c] = p.cell(id).corners(&g);
+            let area = 0.5 * (b - a).cross(c - a).length();
+            assert!((area - p.area(id)).abs() < 1e-12);
+            let up = (b - a).cross(c - a).normalize().dot(g.normal(TriangleId(0), Side::Front));
+            assert!(up > 0.999, "cells keep the winding of their source");
+        }
+    }
+
+    #[test]
+    fn one_sided_backs_have_no_patch() {
+        let g = triangle(Sides::One);
+        let p = Patches::uniform(&g, 0.5).unwrap();
+        let back =
+            SurfacePoint { triangle: TriangleId(0), side: Side::Back, uv: DVec2::splat(0.2) };
+        assert_eq!(p.at(back), None);
+    }
+
+    #[test]
+    fn the_area_for_a_target_reaches_it() {
+        let g = triangle(Sides::One);
+        let area = Patches::area_for(&g, 1000);
+        let n = Patches::uniform(&g, area).unwrap().len();
+        assert!((1000..=4096).contains(&n), "{n}");
+    }
+}

@@ -1,0 +1,22 @@
+//! What is seen: the one place that answers it.
+//!
+//! Source triangles are projected through a pinhole on a plane and the nearest one under each pixel
+//! is kept: an item buffer (Weghorst, Hooper & Greenberg 1984). The same buffer serves the five
+//! faces of a hemicube and the tiles of a camera's picture.
+//!
+//! Projection uses homogeneous two-dimensional edge functions (Olano & Greer 1997, "Triangle scan
+//! conversion using 2D homogeneous coordinates"): nothing is clipped, triangles may pass beside or
+//! behind the pinhole, and an edge shared by two triangles gives exactly opposite values on both, so
+//! that no pixel falls between them.
+
+mod item_buffer;
+mod occluders;
+mod simd;
+
+pub use item_buffer::{Edges, Face, ItemBuffer, PatchArea};
+pub use occluders::{Frame, Occluders, View};
+pub(crate) use occluders::{code, faces_of};
+pub(crate) use simd::{LANES, multiversion};
+
+/// What an item buffer holds where nothing was drawn.
+pub const NOTHING: u32 = u32::MAX;

@@ -1,0 +1,322 @@
+//! The item buffer: under each pixel, which item is nearest.
+
+use glam::Vec3;
+
+use super::NOTHING;
+use super::simd::LANES;
+
+/// A rectangle of pixels on a plane at distance 1 before the pinhole.
+///
+/// A pixel looks along `x right + y up + forward`, where `right`, `up`, `forward` are axes of the
+/// frame, chosen and signed, and right-handed.
+#[derive(Debug, Clone)]
+pub struct Face {
+    /// Which axis of the frame is right, up, forward.
+    axis: [usize; 3],
+    /// And its sign.
+    sign: [f32; 3],
+    /// x of each pixel's centre, padded to a multiple of [`LANES`].
+    x: Vec<f32>,
+    /// y of each row of pixels.
+    y: Vec<f32>,
+    width: usize,
+    /// Pixels per unit of x and y.
+    density: [f32; 2],
+}
+
+impl Face {
+    /// `width` × `height` pixels that cover `x` and `y` (from, to).
+    #[must_use]
+    pub fn new(
+        orientation: [(usize, f32); 3],
+        x: [f64; 2],
+        y: [f64; 2],
+        width: usize,
+        height: usize,
+    ) -> Self {
+        let centres = |[from, to]: [f64; 2], n: usize, padded: usize| -> Vec<f32> {
+            let step = (to - from) / n as f64;
+            (0..padded).map(|i| (from + (i as f64 + 0.5) * step) as f32).collect()
+        };
+        let stride = width.next_multiple_of(LANES);
+        Self {
+            axis: orientation.map(|o| o.0),
+            sign: orientation.map(|o| o.1),
+            x: centres(x, width, stride),
+            y: centres(y, height, height),
+            width,
+            density: [
+                (width as f64 / (x[1] - x[0])) as f32,
+                (height as f64 / (y[1] - y[0])) as f32,
+            ],
+        }
+    }
+
+    /// The five faces of a hemicube of `resolution` × `resolution` pixels on top (even): top, then
+    /// the upper halves of +x, -x, +y, -y.
+    #[must_use]
+    pub fn hemicube(resolution: usize) -> [Self; 5] {
+        const X: usize = 0;
+        const Y: usize = 1;
+        const Z: usize = 2;
+        let side = |right: (usize, f32), forward: (usize, f32)| {
+            Self::new(
+                [right, (Z, 1.0), forward],
+                [-1.0, 1.0],
+                [0.0, 1.0],
+                resolution,
+                resolution / 2,
+            )
+        };
+        [
+            Self::new(
+                [(X, 1.0), (Y, 1.0), (Z, 1.0)],
+                [-1.0, 1.0],
+                [-1.0, 1.0],
+                resolution,
+                resolution,
+            ),
+            side((Y, 1.0), (X, 1.0)),
+            side((Y, -1.0), (X, -1.0)),
+            side((X, -1.0), (Y, 1.0)),
+            side((X, 1.0), (Y, -1.0)),
+        ]
+    }
+
+    /// Pixels a row.
+    #[must_use]
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// Rows of pixels.
+    #[must_use]
+    pub fn height(&self) -> usize {
+        self.y.len()
+    }
+
+    /// Pixels from one row to the next in an [`ItemBuffer`].
+    #[must_use]
+    pub fn stride(&self) -> usize {
+        self.x.len()
+    }
+
+    /// x of the pixel centres, padded to the stride.
+    pub(crate) fn x(&self) -> &[f32] {
+        &self.x
+    }
+
+    /// y of each row's pixel centres.
+    pub(crate) fn y(&self) -> &[f32] {
+        &self.y
+    }
+
+    /// A vector of the frame as (right, up, forward).
+    #[inline(always)]
+    pub(crate) fn turn(&self, v: Vec3) -> [f32; 3] {
+        let v = v.to_array();
+        [
+            self.sign[0] * v[self.axis[0]],
+            self.sign[1] * v[self.axis[1]],
+            self.sign[2] * v[self.axis[2]],
+        ]
+    }
+
+    /// Pixels (x from, x to, y from, y to; ends exclusive) outside of which a triangle of the frame
+    /// is not seen; `None` if it is seen nowhere.
+    #[inline(always)]
+    fn bounds(&self, corners: &[Vec3; 3]) -> Option<[usize; 4]> {
+        let c = corners.map(|v| self.turn(v));
+        let (mut lo, mut hi) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);
+        let mut before = 0;
+        for v in &c {
+            if v[2] > 0.0 {
+                before += 1;
+                for a in 0..2 {
+                    let p = v[a] / v[2];
+                    lo[a] = lo[a].min(p);
+                    hi[a] = hi[a].max(p);
+                }
+            }
+        }
+        if before == 0 {
+            return None;
+        }
+        if before < 3 {
+            // An edge that crosses the pinhole's plane runs to infinity in the picture, towards
+            // the sign that its coordinates have where it crosses.
+            for (p, q) in [(c[0], c[1]), (c[1], c[2]), (c[2], c[0])] {
+                if (p[2] > 0.0) != (q[2] > 0.0) {
+                    for a in 0..2 {
+                        let crossing = p[a] * (q[2] - p[2]) - p[2] * (q[a] - p[a]);
+                        let crossing = crossing * (q[2] - p[2]).signum();
+                        let noise = 1e-5 * (p[a].abs() + q[a].abs()) * (p[2].abs() + q[2].abs());
+                        if crossing >= -noise {
+                            hi[a] = f32::INFINITY;
+                        }
+                        if crossing <= noise {
+                            lo[a] = f32::NEG_INFINITY;
+                        }
+                    }
+                }
+            }
+        }
+        /// Pixels by which single precision may err at the finest resolution.
+        const SLACK: f32 = 0.01;
+        let mut pixels = [0; 4];
+        for (a, (origin, n)) in
+            [(self.x[0], self.width), (self.y[0], self.y.len())].into_iter().enumerate()
+        {
+            let from = ((lo[a] - origin) * self.density[a] - SLACK).ceil();
+            let to = ((hi[a] - origin) * self.density[a] + SLACK).floor();
+            let from = from.max(0.0);
+            let to = to.min((n - 1) as f32);
+            if from.is_nan() || to.is_nan() || from > to {
+                return None;
+            }
+            pixels[2 * a] = from as usize;
+            pixels[2 * a + 1] = to as usize + 1;
+        }
+        Some(pixels)
+    }
+}
+
+/// Edge functions of a triangle in the frame of a pinhole at the origin.
+///
+/// Along a direction d that meets the triangle, `edge[k]·d` is proportional to the barycentric
+/// coordinate of corner k, all three not negative; `nearness·d` is the inverse of the distance in
+/// units of d.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Edges {
+    pub(crate) edge: [Vec3; 3],
+    pub(crate) nearness: Vec3,
+    /// Whether the pinhole looks at the back.
+    pub(crate) back: bool,
+}
+
+impl Edges {
+    /// `None` for a triangle seen exactly edge on.
+    #[inline(always)]
+    #[must_use]
+    pub fn new([a, b, c]: [Vec3; 3]) -> Option<Self> {
+        let normal = (b - a).cross(c - a);
+        let distance = normal.dot(a);
+        if distance == 0.0 || !distance.is_finite() {
+            return None;
+        }
+        // A front, counter-clockwise, has its normal towards the pinhole: negative distance.
+        let sign = 1.0_f32.copysign(distance);
+        Some(Self {
+            edge: [b.cross(c) * sign, c.cross(a) * sign, a.cross(b) * sign],
+            nearness: normal / distance,
+            back: distance > 0.0,
+        })
+    }
+}
+
+/// The cell of a source triangle's grid that a patch is, for drawing it alone.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PatchArea {
+    /// Number of strips along each barycentric coordinate.
+    pub strips: f32,
+    /// Strip of each barycentric coordinate.
+    pub strip: [f32; 3],
+    /// Whether it is upside down: bounded by the upper ends of its strips rather than the lower.
+    pub inverted: bool,
+}
+
+/// Nearest item and its nearness under each pixel of a face.
+#[derive(Debug, Clone, Default)]
+pub struct ItemBuffer {
+    items: Vec<u32>,
+    nearness: Vec<f32>,
+}
+
+impl ItemBuffer {
+    /// Empties the buffer and gives it the size of `face`.
+    pub fn clear(&mut self, face: &Face) {
+        let n = face.stride() * face.height();
+        self.items.clear();
+        self.items.resize(n, NOTHING);
+        self.nearness.clear();
+        self.nearness.resize(n, 0.0);
+    }
+
+    /// The items, row by row, [`Face::stride`] apart.
+    #[must_use]
+    pub fn items(&self) -> &[u32] {
+        &self.items
+    }
+
+    /// Draws a whole source triangle. Where two items are equally near, the first stays.
+    #[inline(always)]
+    pub(crate) fn draw(&mut self, face: &Face, corners: &[Vec3; 3], edges: &Edges, item: u32) {
+        let Some([x0, x1, y0, y1]) = face.bounds(corners) else { return };
+        let e = edges.edge.map(|e| face.turn(e));
+        self.scan(face, [x0, x1, y0, y1], &e, face.turn(edges.nearness), item, |f0, f1, f2| {
+            (f0 >= 0.0) & (f1 >= 0.0) & (f2 >= 0.0)
+        });
+    }
+
+    /// Draws one patch of a source triangle whose edges are given; `corners` are the patch's. Its
+    /// edges are evaluated from those of the source triangle, so that patches which share one,
+    /// within a source triangle or across its edge, leave no pixel between them.
+    #[inline(always)]
+    pub(crate) fn draw_patch(
+        &mut self,
+        face: &Face,
+        corners: &[Vec3; 3],
+        edges: &Edges,
+        area: &PatchArea,
+        item: u32,
+    ) {
+        let Some(bounds) = face.bounds(corners) else { return };
+        let e = edges.edge.map(|e| face.turn(e));
+        let nearness = face.turn(edges.nearness);
+        let (n, [i, j, k]) = (area.strips, area.strip);
+        if area.inverted {
+            let (i, j, k) = (i + 1.0, j + 1.0, k + 1.0);
+            self.scan(face, bounds, &e, nearness, item, |f0, f1, f2| {
+                let s = f0 + f1 + f2;
+                (i * s >= n * f0) & (j * s >= n * f1) & (k * s >= n * f2) & (s > 0.0)
+            });
+        } else {
+            self.scan(face, bounds, &e, nearness, item, |f0, f1, f2| {
+                let s = f0 + f1 + f2;
+                (n * f0 >= i * s) & (n * f1 >= j * s) & (n * f2 >= k * s) & (s > 0.0)
+            });
+        }
+    }
+
+    #[inline(always)]
+    fn scan(
+        &mut self,
+        face: &Face,
+        [x0, x1, y0, y1]: [usize; 4],
+        e: &[[f32; 3]; 3],
+        nearness: [f32; 3],
+        item: u32,
+        inside: impl Fn(f32, f32, f32) -> bool,
+    ) {
+        let stride = face.stride();
+        let blocks = x0 / LANES..x1.div_ceil(LANES);
+        let xs = &face.x.as_chunks::<LANES>().0[blocks.clone()];
+        for (row, &y) in (y0..y1).zip(&face.y[y0..y1]) {
+            let at = row * stride + blocks.start * LANES..row * stride + blocks.end * LANES;
+            let items = self.items[at.clone()].as_chunks_mut::<LANES>().0;
+            let near = self.nearness[at].as_chunks_mut::<LANES>().0;
+            let c = e.map(|e| e[1] * y + e[2]);
+            let z = nearness[1] * y + nearness[2];
+            for ((xs, items), near) in xs.iter().zip(items).zip(near) {
+                for l in 0..LANES {
+                    let x = xs[l];
+                    let here = nearness[0] * x + z;
+                    let seen = inside(e[0][0] * x + c[0], e[1][0] * x + c[1], e[2][0] * x + c[2])
+                        & (here > near[l]);
+                    near[l] = if seen { here } else { near[l] };
+                    items[l] = if seen { item } else { items[l] };
+                }
+            }
+        }
+    }
+}

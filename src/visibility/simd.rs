@@ -1,0 +1,50 @@
+//! Compiles a kernel several times and picks the widest one that this processor runs.
+//!
+//! This is the only `unsafe` code of visibility. The argument: a `#[target_feature]` function may be
+//! called where the processor has the features, and each call stands behind the run-time check
+//! for exactly the features that the function was compiled for. The kernels themselves are safe
+//! code; no arithmetic is contracted, so all versions give the same bits.
+
+/// Kernels work on blocks of this many pixels.
+pub(crate) const LANES: usize = 16;
+
+/// Defines `fn $name(args)` that runs `$kernel` (an `#[inline(always)]` function) compiled for the
+/// widest vectors at hand.
+macro_rules! multiversion {
+    ($(#[$meta:meta])* $vis:vis fn $name:ident($($arg:ident: $ty:ty),* $(,)?) = $kernel:path) => {
+        $(#[$meta])*
+        #[allow(unsafe_code)]
+        $vis fn $name($($arg: $ty),*) {
+            #[cfg(target_arch = "x86_64")]
+            {
+                #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,bmi1,bmi2,lzcnt,popcnt")]
+                fn avx512($($arg: $ty),*) {
+                    $kernel($($arg),*)
+                }
+                #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
+                fn avx2($($arg: $ty),*) {
+                    $kernel($($arg),*)
+                }
+                let common = std::is_x86_feature_detected!("bmi1")
+                    && std::is_x86_feature_detected!("bmi2")
+                    && std::is_x86_feature_detected!("lzcnt")
+                    && std::is_x86_feature_detected!("popcnt");
+                if common
+                    && std::is_x86_feature_detected!("avx512f")
+                    && std::is_x86_feature_detected!("avx512bw")
+                    && std::is_x86_feature_detected!("avx512dq")
+                    && std::is_x86_feature_detected!("avx512vl")
+                {
+                    // SAFETY: every feature that `avx512` enables was just detected.
+                    return unsafe { avx512($($arg),*) };
+                }
+                if common && std::is_x86_feature_detected!("avx2") {
+                    // SAFETY: every feature that `avx2` enables was just detected.
+                    return unsafe { avx2($($arg),*) };
+                }
+            }
+            $kernel($($arg),*)
+        }
+    };
+}
+pub(crate) use multiversion;
