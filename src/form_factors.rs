@@ -9,9 +9,11 @@
 
 pub mod delta;
 pub mod hemicube;
+mod lit;
 mod rows;
 mod stored;
 
 pub use hemicube::{Draw, Hemicube, HemicubeError, HemicubeOptions};
+pub use lit::assemble_lit;
 pub use rows::{Engine, EngineError, Row, RowSink, SinkError, Weights};
-pub use stored::{AssembleError, FormFactors, RowAccount, assemble};
+pub use stored::{AssembleError, ENTRY_BYTES, FormFactors, RowAccount, assemble};

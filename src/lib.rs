@@ -13,5 +13,13 @@ pub mod progress;
 pub mod scene;
 
 pub mod form_factors;
+pub mod direct;
+pub mod solve;
+pub mod reconstruct;
+pub mod report;
+pub mod solution;
+pub mod render;
+pub mod tone;
+pub mod export;
 pub mod patches;
 pub mod visibility;

@@ -1,3 +1,29 @@
-//! The program `hemicube`.
+//! The program `hemicube`: radiosity pictures of 3-D scenes.
 
-fn main() {}
+mod args;
+mod failure;
+mod machine;
+mod render;
+mod scenes;
+mod terminal;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use args::{Arguments, Command};
+
+fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    let result = match arguments.command {
+        Command::Render(r) => render::run(&r),
+        Command::Scenes => scenes::run(),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            terminal::say(&format!("error: {failure}"));
+            failure.code()
+        }
+    }
+}

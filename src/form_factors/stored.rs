@@ -119,6 +119,14 @@ impl FormFactors {
         Some(StoredRow { columns: &block.columns[from..to], weights: &block.weights, start: from })
     }
 
+    /// The form factor from patch `i` to patch `j`.
+    #[must_use]
+    pub fn factor(&self, i: PatchId, j: PatchId) -> f64 {
+        self.row(i)
+            .and_then(|r| Some(r.weights.get(r.start + r.columns.binary_search(&j.0).ok()?)))
+            .unwrap_or(0.0)
+    }
+
     /// `Σ_j F_ij x_j`; zero without a row.
     #[must_use]
     pub fn gather(&self, id: PatchId, x: &[Rgb]) -> Rgb {

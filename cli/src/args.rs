@@ -1,0 +1,194 @@
+//! The command line.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use glam::DVec3;
+
+/// Radiosity: pictures of scenes lit by the exchange of diffuse light.
+#[derive(Debug, Parser)]
+#[command(name = "hemicube", version, arg_required_else_help = true)]
+pub struct Arguments {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// What to do.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Light a scene and make its picture
+    Render(Box<Render>),
+    /// List the built-in scenes
+    Scenes,
+}
+
+/// How a scene is lit.
+#[derive(Debug, Args)]
+pub struct Light {
+    /// Largest area of a patch in m² [default: the area that yields about 5,000 patches]
+    #[arg(long, value_name = "AREA")]
+    pub patch_size: Option<f64>,
+
+    /// Pixels along a hemicube's top, even, 16 to 1024
+    #[arg(long, value_name = "N", default_value_t = 128)]
+    pub resolution: usize,
+
+    /// What is projected on the hemicubes
+    #[arg(long, value_enum, default_value_t = DrawChoice::Sources, hide_short_help = true)]
+    pub draw: DrawChoice,
+
+    /// How the energy balance is solved
+    #[arg(long, value_enum, default_value_t = SolverChoice::GaussSeidel, hide_short_help = true)]
+    pub solver: SolverChoice,
+
+    /// Uniform radiance of the surroundings
+    #[arg(long, value_name = "R,G,B", value_parser = vector, allow_hyphen_values = true)]
+    pub sky: Option<DVec3>,
+
+    /// Memory that the work may take, like 800M or 4G [default: what is free]
+    #[arg(long, value_name = "SIZE", value_parser = bytes, hide_short_help = true)]
+    pub memory: Option<u64>,
+
+    /// Number of threads [default: one a core]
+    #[arg(short = 'j', long, value_name = "N", default_value_t = 0, hide_default_value = true)]
+    pub threads: usize,
+
+    /// Write what happened, with timings, as JSON
+    #[arg(long, value_name = "FILE", hide_short_help = true)]
+    pub report: Option<PathBuf>,
+
+    /// Say nothing but errors
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+/// `hemicube render`.
+#[derive(Debug, Args)]
+pub struct Render {
+    /// A model (.gltf .glb .obj) or the name of a built-in scene
+    pub scene: String,
+
+    /// The picture [default: the scene's name with .png]
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+
+    /// One of the scene's cameras [default: its first]
+    #[arg(long, value_name = "NAME", conflicts_with = "eye")]
+    pub camera: Option<String>,
+
+    /// Where the camera stands, in metres
+    #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true, requires = "target")]
+    pub eye: Option<DVec3>,
+
+    /// What the camera looks at, in metres
+    #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true, requires = "eye")]
+    pub target: Option<DVec3>,
+
+    /// What is upwards in the picture [default: the scene's up]
+    #[arg(long = "up", value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true, hide_short_help = true)]
+    pub camera_up: Option<DVec3>,
+
+    /// Vertical angle of view in degrees
+    #[arg(long, value_name = "DEG")]
+    pub vfov: Option<f64>,
+
+    /// Pixels of the picture [default: 720 high]
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    pub size: Option<(usize, usize)>,
+
+    /// auto, or stops: radiance is multiplied by 2^EV
+    #[arg(long, value_name = "auto|EV", default_value = "auto", value_parser = exposure, allow_hyphen_values = true)]
+    pub exposure: Exposure,
+
+    /// How radiance becomes display light
+    #[arg(long, value_enum, default_value_t = ToneChoice::Agx, hide_short_help = true)]
+    pub tone: ToneChoice,
+
+    /// How it is lit.
+    #[command(flatten)]
+    pub light: Light,
+}
+
+/// Brightness of the picture.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Exposure {
+    /// From what is in view.
+    Auto,
+    /// Radiance is multiplied by two to this power.
+    Stops(f64),
+}
+
+/// `--draw`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum DrawChoice {
+    /// Source triangles; the patch under a pixel is looked up
+    Sources,
+    /// Every patch, as in the paper
+    Patches,
+}
+
+/// `--solver`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum SolverChoice {
+    /// Gathering with the newest values
+    GaussSeidel,
+    /// Gathering with the values of the last iteration
+    Jacobi,
+    /// Distributing the largest unshot flux first
+    Shooting,
+}
+
+/// `--tone`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ToneChoice {
+    /// Film-like
+    Agx,
+    /// Global operator on luminance
+    Reinhard,
+    /// Clipped at white
+    Linear,
+}
+
+fn vector(text: &str) -> Result<DVec3, String> {
+    let parts: Vec<f64> =
+        text.split(',').map(str::trim).map(str::parse).collect::<Result<_, _>>().map_err(|_| {
+            format!("'{text}' is not three numbers; write them like 1.5,-2,0")
+        })?;
+    match parts[..] {
+        [x, y, z] if parts.iter().all(|p| p.is_finite()) => Ok(DVec3::new(x, y, z)),
+        _ => Err(format!("'{text}' is not three numbers; write them like 1.5,-2,0")),
+    }
+}
+
+fn size(text: &str) -> Result<(usize, usize), String> {
+    let wrong = || format!("'{text}' is not a size; write it like 800x600");
+    let (w, h) = text.split_once(['x', 'X']).ok_or_else(wrong)?;
+    Ok((w.parse().map_err(|_| wrong())?, h.parse().map_err(|_| wrong())?))
+}
+
+fn exposure(text: &str) -> Result<Exposure, String> {
+    if text == "auto" {
+        return Ok(Exposure::Auto);
+    }
+    match text.parse() {
+        Ok(stops) if f64::is_finite(stops) => Ok(Exposure::Stops(stops)),
+        _ => Err(format!("'{text}' is neither auto nor a number of stops")),
+    }
+}
+
+fn bytes(text: &str) -> Result<u64, String> {
+    let wrong = || format!("'{text}' is not an amount of memory; write it like 800M or 4G");
+    let (number, shift) = match text.trim_end_matches(['b', 'B', 'i']).char_indices().last() {
+        Some((at, 'k' | 'K')) => (&text[..at], 10),
+        Some((at, 'm' | 'M')) => (&text[..at], 20),
+        Some((at, 'g' | 'G')) => (&text[..at], 30),
+        _ => (text, 0),
+    };
+    let number: f64 = number.trim().parse().map_err(|_| wrong())?;
+    if number.is_finite() && number > 0.0 {
+        Ok((number * f64::from(1_u32 << shift)) as u64)
+    } else {
+        Err(wrong())
+    }
+}

@@ -1,0 +1,178 @@
+//! `hemicube render`: from a model to a lit picture.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use hemicube::form_factors::{Draw, HemicubeOptions};
+use hemicube::progress::Progress;
+use hemicube::render::{PictureOptions, RenderError, Renderer};
+use hemicube::report::{Report, Stage};
+use hemicube::scene::{Camera, Scene, builtin};
+use hemicube::solution::{LightError, LightOptions, Solution, light};
+use hemicube::solve::{Method, SolveOptions};
+use hemicube::tone::{KEY, Tone};
+use hemicube::export::{write_png, write_whole};
+
+use crate::args::{DrawChoice, Exposure, Light, Render, SolverChoice, ToneChoice};
+use crate::failure::Failure;
+use crate::machine;
+use crate::terminal::{Bar, catch_interrupts, print, say};
+
+/// Runs the command.
+pub fn run(args: &Render) -> Result<(), Failure> {
+    catch_interrupts();
+    set_threads(args.light.threads)?;
+    let mut scene = load(&args.scene)?;
+    if let Some(sky) = args.light.sky {
+        scene.sky = sky;
+    }
+    let camera = camera_of(&scene, args)?;
+    let output = output_of(&scene, args)?;
+    let bar = Bar::new(args.light.quiet);
+    let mut solution = lit(&scene, &args.light, &bar)?;
+
+    let start = Instant::now();
+    let field = solution.field(&scene);
+    let seconds = start.elapsed().as_secs_f64();
+    let start = Instant::now();
+    let renderer = Renderer::new(&scene, &field);
+    let (width, height) = args.size.unwrap_or_else(|| {
+        let aspect = camera.aspect.unwrap_or(4.0 / 3.0);
+        ((720.0 * aspect).round() as usize, 720)
+    });
+    let options = PictureOptions { width, height, ..PictureOptions::default() };
+    let aspect = width as f64 / height as f64;
+    let exposure = match args.exposure {
+        Exposure::Auto => renderer.auto_exposure(&camera, aspect, KEY).map_err(picture_failure)?,
+        Exposure::Stops(stops) => stops.exp2(),
+    };
+    let tone = match args.tone {
+        ToneChoice::Agx => Tone::Agx,
+        ToneChoice::Reinhard => Tone::Reinhard,
+        ToneChoice::Linear => Tone::Linear,
+    };
+    bar.stage("picture", height as u64);
+    let picture = renderer
+        .render(&camera, &options, |s| tone.map(s.radiance * exposure), &bar)
+        .map_err(picture_failure)?;
+    bar.finish();
+    write_png(&output, &picture).map_err(Failure::failed)?;
+    let picture_seconds = start.elapsed().as_secs_f64();
+    if !args.light.quiet && args.exposure == Exposure::Auto {
+        say(&format!("exposure: --exposure {:.2}", exposure.log2()));
+    }
+    solution.report.stages.push(Stage { name: "reconstruct", seconds });
+    solution.report.stages.push(Stage { name: "picture", seconds: picture_seconds });
+    write_report(&mut solution.report, &args.light)?;
+    print(&output.display().to_string());
+    Ok(())
+}
+
+fn set_threads(threads: usize) -> Result<(), Failure> {
+    rayon::ThreadPoolBuilder::new().num_threads(threads).build_global().map_err(Failure::failed)
+}
+
+/// An existing path, or else the name of a built-in scene.
+fn load(name: &str) -> Result<Scene, Failure> {
+    builtin::build(name).ok_or_else(|| {
+        let names: Vec<&str> = builtin::list().iter().map(|b| b.name).collect();
+        Failure::Input(format!(
+            "{name}: no such file, nor a built-in scene; there are {}",
+            names.join(", ")
+        ))
+    })
+}
+
+fn camera_of(scene: &Scene, args: &Render) -> Result<Camera, Failure> {
+    let mut camera = if let (Some(eye), Some(target)) = (args.eye, args.target) {
+        Camera {
+            name: String::from("command line"),
+            eye,
+            forward: (target - eye).normalize_or_zero(),
+            up: scene.up,
+            vfov: 40_f64.to_radians(),
+            aspect: None,
+        }
+    } else if let Some(name) = &args.camera {
+        scene.cameras.iter().find(|c| c.name == *name).cloned().ok_or_else(|| {
+            let names: Vec<&str> = scene.cameras.iter().map(|c| c.name.as_str()).collect();
+            Failure::Input(format!("no camera '{name}'; the scene has {}", names.join(", ")))
+        })?
+    } else {
+        scene.cameras.first().cloned().ok_or_else(|| Failure::input("no camera"))?
+    };
+    if let Some(up) = args.camera_up {
+        camera.up = up;
+    }
+    if let Some(vfov) = args.vfov {
+        camera.vfov = vfov.to_radians();
+    }
+    Ok(camera)
+}
+
+fn output_of(scene: &Scene, args: &Render) -> Result<PathBuf, Failure> {
+    let path =
+        args.output.clone().unwrap_or_else(|| PathBuf::from(format!("{}.png", scene.name)));
+    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default();
+    if !extension.eq_ignore_ascii_case("png") {
+        return Err(Failure::Input(format!("{}: pictures are written as .png", path.display())));
+    }
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    if !folder.is_dir() {
+        return Err(Failure::Input(format!("{}: no such folder", folder.display())));
+    }
+    Ok(path)
+}
+
+/// Lights the scene as the command line says.
+pub fn lit(scene: &Scene, args: &Light, bar: &Bar) -> Result<Solution, Failure> {
+    let options = LightOptions {
+        patch_size: args.patch_size,
+        hemicube: HemicubeOptions {
+            resolution: args.resolution,
+            draw: match args.draw {
+                DrawChoice::Sources => Draw::Sources,
+                DrawChoice::Patches => Draw::Patches,
+            },
+        },
+        solve: SolveOptions {
+            method: match args.solver {
+                SolverChoice::GaussSeidel => Method::GaussSeidel,
+                SolverChoice::Jacobi => Method::Jacobi,
+                SolverChoice::Shooting => Method::Shooting,
+            },
+            ..SolveOptions::default()
+        },
+        memory: args.memory.unwrap_or_else(machine::available_memory),
+    };
+    let solution = light(scene, &options, bar).map_err(|e| match e {
+        e if e.is_cancelled() => Failure::Cancelled,
+        LightError::Patches(_) | LightError::Hemicube(_) | LightError::Memory { .. } => {
+            Failure::input(e)
+        }
+        e => Failure::failed(e),
+    })?;
+    bar.finish();
+    if !args.quiet {
+        let r = &solution.report;
+        say(&format!(
+            "{}: {} source triangles, {} patches of at most {:.4} m² (--patch-size)",
+            r.scene, r.source_triangles, r.patches, r.patch_size
+        ));
+    }
+    Ok(solution)
+}
+
+fn picture_failure(error: RenderError) -> Failure {
+    match error {
+        RenderError::Cancelled => Failure::Cancelled,
+        e => Failure::input(e),
+    }
+}
+
+fn write_report(report: &mut Report, args: &Light) -> Result<(), Failure> {
+    let Some(path) = &args.report else { return Ok(()) };
+    report.peak_memory_bytes = machine::peak_memory();
+    let json = serde_json::to_string_pretty(report).map_err(Failure::failed)?;
+    write_whole(path, json.as_bytes()).map_err(Failure::failed)
+}

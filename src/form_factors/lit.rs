@@ -1,0 +1,49 @@
+//! Rows only where light can come: patches on sides that nothing lit sees get none.
+//!
+//! A row says what its patch sees, and whoever is seen sees back. So rows are made in waves: those
+//! of the emitting sides first, then of the sides that they see, and so on through all that
+//! reflect. Sides that face only emptiness or darkness are never reached.
+
+use super::rows::{Engine, RowSink};
+use super::stored::{AssembleError, FormFactors, assemble};
+use crate::patches::{PatchId, Patches, side_index};
+use crate::progress::Progress;
+
+/// Has the rows made of all patches that light can reach from `seeds`. A patch passes light on if
+/// `shines` says that it emits or reflects. Advances `progress` by one a row.
+///
+/// `seeds` are the patches that emit or are lit by something without a row (sky, lamps); the whole
+/// sides that they lie on are reached.
+pub fn assemble_lit(
+    engine: &mut dyn Engine,
+    patches: &Patches,
+    seeds: impl IntoIterator<Item = PatchId>,
+    shines: impl Fn(PatchId) -> bool,
+    factors: &mut FormFactors,
+    progress: &dyn Progress,
+) -> Result<(), AssembleError> {
+    let mut reached = vec![false; patches.splits().len()];
+    let mut wave = Vec::new();
+    let mut reach = |id: PatchId, wave: &mut Vec<PatchId>| {
+        let cell = patches.cell(id);
+        let side = &mut reached[side_index(cell.triangle, cell.side)];
+        if !std::mem::replace(side, true) {
+            wave.extend(patches.of_side(cell.triangle, cell.side));
+        }
+    };
+    for id in seeds {
+        reach(id, &mut wave);
+    }
+    while !wave.is_empty() {
+        wave.sort_unstable();
+        assemble(engine, &wave, factors as &mut dyn RowSink, progress)?;
+        let mut next = Vec::new();
+        for &id in wave.iter().filter(|&&id| shines(id)) {
+            for &j in factors.row(id).iter().flat_map(|r| r.columns) {
+                reach(PatchId(j), &mut next);
+            }
+        }
+        wave = next;
+    }
+    Ok(())
+}

@@ -1,0 +1,137 @@
+//! Irradiance on surfaces as a smooth field, from one value a patch.
+//!
+//! Values move from patch centres to the vertices of a conforming triangulation and are
+//! interpolated linearly over it. Surfaces are smooth across an edge that exactly two triangles
+//! share at a blunt angle; never across a crease, nor between surfaces that merely touch.
+
+mod mesh;
+mod topology;
+
+use glam::{DMat3, DVec3};
+use rayon::prelude::*;
+
+use crate::patches::{PatchId, Patches, SurfacePoint};
+use crate::scene::{Geometry, Rgb};
+use mesh::{Mesh, VertexId};
+
+/// A smooth irradiance field over all patches.
+#[derive(Debug, Clone)]
+pub struct Field<'a> {
+    patches: &'a Patches,
+    mesh: Mesh,
+    /// Irradiance at each vertex of the conforming triangulation.
+    vertices: Vec<Rgb>,
+    /// Irradiance of each patch.
+    irradiance: &'a [Rgb],
+}
+
+impl<'a> Field<'a> {
+    /// The field of `irradiance`, one value a patch; patches for which `usable` is false (covered or
+    /// unlit ones) lend their value to no vertex.
+    #[must_use]
+    pub fn new(
+        geometry: &Geometry,
+        patches: &'a Patches,
+        irradiance: &'a [Rgb],
+        usable: impl Fn(PatchId) -> bool,
+    ) -> Self {
+        let mesh = Mesh::new(geometry, patches);
+        let incidence = mesh.incidence(patches, usable);
+        let centres: Vec<DVec3> =
+            patches.ids().map(|i| patches.center(i).position(geometry)).collect();
+        let positions = mesh.positions(geometry, patches);
+        let vertices = (0..mesh.len())
+            .into_par_iter()
+            .map(|v| {
+                let near = incidence.around(v);
+                let ring = if mesh.on_border(v) {
+                    incidence.second_ring(patches, &mesh, v)
+                } else {
+                    near.to_vec()
+                };
+                fit(positions[v], &ring, &centres, irradiance)
+            })
+            .collect();
+        Self { patches, mesh, vertices, irradiance }
+    }
+
+    /// Irradiance at a point of a surface, W/m² or lx; zero where no light is exchanged.
+    #[must_use]
+    pub fn at(&self, p: SurfacePoint) -> Rgb {
+        let Some(id) = self.patches.at(p) else { return Rgb::ZERO };
+        let cell = self.patches.cell(id);
+        let local = cell.local(p.barycentric()).clamp(DVec3::ZERO, DVec3::ONE);
+        let local = local / (local.x + local.y + local.z);
+        let value = |v: VertexId| self.vertices[v.0 as usize];
+        let corners = self.mesh.corners(&cell).map(value);
+        if !self.mesh.has_hanging(&cell) {
+            return corners[0] * local.x + corners[1] * local.y + corners[2] * local.z;
+        }
+        // Stitched: a fan about the centre over all vertices on the outline.
+        let k = (0..3).min_by(|&a, &b| local[a].total_cmp(&local[b])).unwrap_or(0);
+        let centre = (corners[0] + corners[1] + corners[2]) / 3.0;
+        let (from, to) = ((k + 1) % 3, (k + 2) % 3);
+        let share = 3.0 * local[k];
+        if share >= 1.0 {
+            return centre;
+        }
+        let along = ((local[to] - local[k]) / (1.0 - share)).clamp(0.0, 1.0);
+        let edge = self.mesh.edge_vertices(&cell, from);
+        let at = along * edge.segments() as f64;
+        let segment = (at as u32).min(edge.segments() - 1);
+        let (a, b) = (value(edge.vertex(segment)), value(edge.vertex(segment + 1)));
+        let t = at - f64::from(segment);
+        (a + (b - a) * t) * (1.0 - share) + centre * share
+    }
+
+    /// The patches' own irradiance.
+    #[must_use]
+    pub fn of_patches(&self) -> &[Rgb] {
+        self.irradiance
+    }
+}
+
+/// Weight of a vanishing gradient in the fit, relative to the spread of the centres: enough to hold
+/// it where centres lie on a line or are a single one.
+const DAMPING: f64 = 0.02;
+
+/// An extrapolated value may leave the range of the values around it by this share of the range.
+const OVERSHOOT: f64 = 0.5;
+
+/// Value at `at` of the linear function that fits the `ring`'s values best, near ones counting more.
+fn fit(at: DVec3, ring: &[PatchId], centres: &[DVec3], values: &[Rgb]) -> Rgb {
+    if ring.is_empty() {
+        return Rgb::ZERO;
+    }
+    let offsets = || ring.iter().map(|i| (centres[i.index()] - at, values[i.index()]));
+    let nearest = offsets().map(|(d, _)| d.length_squared()).fold(f64::INFINITY, f64::min);
+    let weight = |d: DVec3| 1.0 / (d.length_squared() + nearest).max(f64::MIN_POSITIVE);
+    let (mut total, mut mean, mut mean_offset) = (0.0, Rgb::ZERO, DVec3::ZERO);
+    let (mut low, mut high) = (Rgb::INFINITY, Rgb::NEG_INFINITY);
+    for (d, h) in offsets() {
+        let w = weight(d);
+        total += w;
+        mean += h * w;
+        mean_offset += d * w;
+        (low, high) = (low.min(h), high.max(h));
+    }
+    mean /= total;
+    mean_offset /= total;
+    let mut spread = DMat3::ZERO;
+    let mut slope = [DVec3::ZERO; 3];
+    for (d, h) in offsets() {
+        let (w, d, h) = (weight(d), d - mean_offset, h - mean);
+        spread += DMat3::from_cols(d * d.x, d * d.y, d * d.z) * w;
+        for c in 0..3 {
+            slope[c] += d * (h[c] * w);
+        }
+    }
+    let trace = spread.x_axis.x + spread.y_axis.y + spread.z_axis.z;
+    if trace <= 0.0 {
+        return mean;
+    }
+    let inverse = (spread + DMat3::from_diagonal(DVec3::splat(DAMPING * trace))).inverse();
+    let value = DVec3::from_array(slope.map(|s| -(inverse * s).dot(mean_offset))) + mean;
+    let slack = (high - low) * OVERSHOOT;
+    value.clamp((low - slack).max(Rgb::ZERO), high + slack)
+}

@@ -1,0 +1,178 @@
+//! Which edges of source triangles are smooth.
+
+use std::collections::HashMap;
+
+use crate::patches::{Patches, Split, side_index};
+use crate::scene::geometry::position_key;
+use crate::scene::{Geometry, Side, TriangleId};
+
+/// Two triangles whose normals differ by more than this angle (radians) meet in a crease.
+const CREASE: f64 = 0.6;
+
+/// An edge of one side of a source triangle as part of a chain of vertices.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct EdgeUse {
+    /// Which edge; shared by the two sides of a smooth one.
+    pub edge: u32,
+    /// Whether this side runs along it the other way.
+    pub reversed: bool,
+}
+
+/// Edges and corners of all sides that have patches.
+#[derive(Debug, Clone)]
+pub(super) struct Topology {
+    /// Three a side; edge k runs from corner k to corner k + 1.
+    pub edges: Vec<[EdgeUse; 3]>,
+    /// Number of splits of each edge: the larger of its two sides'.
+    pub levels: Vec<u8>,
+    /// Whether each edge is shared by two sides.
+    pub smooth: Vec<bool>,
+    /// Class of each corner of each side: corners of one class are one vertex.
+    pub corners: Vec<[u32; 3]>,
+    /// Number of classes.
+    pub classes: u32,
+}
+
+impl Topology {
+    pub fn new(geometry: &Geometry, patches: &Patches) -> Self {
+        let sides = patches.splits().len();
+        let level = |s: usize| match patches.splits()[s] {
+            Split::None => None,
+            Split::Uniform { level, .. } => Some(level),
+        };
+        let mut me = Self {
+            edges: vec![[EdgeUse::default(); 3]; sides],
+            levels: Vec::new(),
+            smooth: Vec::new(),
+            corners: Vec::new(),
+            classes: 0,
+        };
+        let mut union = Union((0..3 * sides as u32).collect());
+        for ends in shared_edges(geometry).values() {
+            let pairs = pairs_of(geometry, ends);
+            for end in ends {
+                for side in Side::BOTH {
+                    let s = side_index(end.triangle, side);
+                    let Some(own) = level(s) else { continue };
+                    let partner = pairs.iter().find_map(|&(a, b)| match (a, b) {
+                        (a, b) if a == (end.triangle, side) => Some(b),
+                        (a, b) if b == (end.triangle, side) => Some(a),
+                        _ => None,
+                    });
+                    let partner = partner.map(|(t, side)| side_index(t, side));
+                    let partner = partner.and_then(|p| level(p).map(|l| (p, l)));
+                    match partner {
+                        // The first of the two makes the edge for both.
+                        Some((p, _)) if p < s => {}
+                        Some((p, other)) => {
+                            let edge = me.edge(own.max(other), true);
+                            me.edges[s][end.k] = EdgeUse { edge, reversed: end.reversed };
+                            let far = ends.iter().find(|e| e.triangle.index() == p / 2);
+                            if let Some(far) = far {
+                                me.edges[p][far.k] = EdgeUse { edge, reversed: far.reversed };
+                                for (a, b) in end.corners().into_iter().zip(far.corners()) {
+                                    union.join((3 * s + a) as u32, (3 * p + b) as u32);
+                                }
+                            }
+                        }
+                        None => {
+                            let edge = me.edge(own, false);
+                            me.edges[s][end.k] = EdgeUse { edge, reversed: end.reversed };
+                        }
+                    }
+                }
+            }
+        }
+        let mut class = vec![u32::MAX; 3 * sides];
+        me.corners = (0..sides)
+            .map(|s| {
+                [0, 1, 2].map(|k| {
+                    let root = union.root((3 * s + k) as u32) as usize;
+                    if class[root] == u32::MAX && level(s).is_some() {
+                        class[root] = me.classes;
+                        me.classes += 1;
+                    }
+                    class[root]
+                })
+            })
+            .collect();
+        me
+    }
+
+    fn edge(&mut self, level: u8, smooth: bool) -> u32 {
+        self.levels.push(level);
+        self.smooth.push(smooth);
+        (self.levels.len() - 1) as u32
+    }
+}
+
+/// One triangle's part in an edge.
+#[derive(Debug, Clone, Copy)]
+struct End {
+    triangle: TriangleId,
+    /// The edge runs from corner k to corner k + 1.
+    k: usize,
+    /// From the larger position to the smaller.
+    reversed: bool,
+}
+
+impl End {
+    /// The corners at the smaller and the larger position.
+    fn corners(&self) -> [usize; 2] {
+        let next = (self.k + 1) % 3;
+        if self.reversed { [next, self.k] } else { [self.k, next] }
+    }
+}
+
+type Position = [u64; 3];
+
+fn shared_edges(geometry: &Geometry) -> HashMap<(Position, Position), Vec<End>> {
+    let mut edges: HashMap<_, Vec<End>> = HashMap::new();
+    for triangle in geometry.ids().filter(|&t| geometry.is_solid(t)) {
+        let keys = geometry.corners(triangle).map(position_key);
+        for k in 0..3 {
+            let (a, b) = (keys[k], keys[(k + 1) % 3]);
+            let reversed = a > b;
+            let key = if reversed { (b, a) } else { (a, b) };
+            edges.entry(key).or_default().push(End { triangle, k, reversed });
+        }
+    }
+    edges
+}
+
+type SideOf = (TriangleId, Side);
+
+/// The pairs of sides that are smooth across an edge.
+fn pairs_of(geometry: &Geometry, ends: &[End]) -> Vec<(SideOf, SideOf)> {
+    let &[a, b] = ends else { return Vec::new() };
+    let same_winding = a.reversed != b.reversed;
+    let turn = if same_winding { 1.0 } else { -1.0 };
+    let normal = |e: End| geometry.normal(e.triangle, Side::Front);
+    if turn * normal(a).dot(normal(b)) < CREASE.cos() {
+        return Vec::new();
+    }
+    let across = |side: Side| match (side, same_winding) {
+        (Side::Front, true) | (Side::Back, false) => Side::Front,
+        (Side::Back, true) | (Side::Front, false) => Side::Back,
+    };
+    Side::BOTH.map(|s| ((a.triangle, s), (b.triangle, across(s)))).to_vec()
+}
+
+/// Disjoint sets.
+struct Union(Vec<u32>);
+
+impl Union {
+    fn root(&mut self, mut i: u32) -> u32 {
+        while self.0[i as usize] != i {
+            let parent = self.0[i as usize];
+            self.0[i as usize] = self.0[parent as usize];
+            i = parent;
+        }
+        i
+    }
+
+    fn join(&mut self, a: u32, b: u32) {
+        let (a, b) = (self.root(a), self.root(b));
+        self.0[a.max(b) as usize] = a.min(b);
+    }
+}

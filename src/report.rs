@@ -1,0 +1,73 @@
+//! What happened: one tree, from the scene to the picture.
+
+use serde::Serialize;
+
+use crate::solve::{EnergyBalance, SolveReport};
+
+/// Everything worth knowing about one run; serialises to `--report out.json`.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct Report {
+    /// Name of the scene.
+    pub scene: String,
+    /// Source triangles, flagged ones included.
+    pub source_triangles: usize,
+    /// Patches, with and without a row.
+    pub patches: usize,
+    /// Largest area of a patch, m².
+    pub patch_size: f64,
+    /// The engine and its options.
+    pub engine: Option<EngineReport>,
+    /// The matrix of form factors.
+    pub rows: Option<RowsReport>,
+    /// The solution.
+    pub solve: Option<SolveReport>,
+    /// Where the light went.
+    pub energy: Option<EnergyBalance>,
+    /// The stages in order, with wall-clock seconds.
+    pub stages: Vec<Stage>,
+    /// Largest resident memory of the process in bytes, where the system tells.
+    pub peak_memory_bytes: Option<u64>,
+}
+
+/// Which engine made the form factors.
+#[derive(Debug, Clone, Serialize)]
+pub struct EngineReport {
+    /// Its name.
+    pub name: &'static str,
+    /// Pixels along a hemicube's top.
+    pub resolution: usize,
+    /// What was projected.
+    pub draw: &'static str,
+}
+
+/// Account of all rows.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct RowsReport {
+    /// Rows made; patches that no light can reach have none.
+    pub rows: usize,
+    /// Form factors stored.
+    pub entries: u64,
+    /// Bytes that they take.
+    pub bytes: u64,
+    /// Area-weighted mean share of entries.
+    pub entries_share: f64,
+    /// Area-weighted mean share that escapes.
+    pub environment: f64,
+    /// Area-weighted mean share that ends on backs which do not reflect.
+    pub back: f64,
+    /// Area-weighted mean share lost numerically.
+    pub lost: f64,
+    /// Patches most of whose view is the back of something: covered.
+    pub covered: usize,
+    /// RMS of `A_i F_ij - A_j F_ji` over RMS of `A_i F_ij`, over a sample of rows.
+    pub reciprocity_rms: f64,
+}
+
+/// One stage of the work.
+#[derive(Debug, Clone, Serialize)]
+pub struct Stage {
+    /// Its name.
+    pub name: &'static str,
+    /// Wall-clock seconds.
+    pub seconds: f64,
+}

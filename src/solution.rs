@@ -1,0 +1,252 @@
+//! From a scene to the irradiance of its patches: subdivide, make form factors, solve.
+
+use std::time::Instant;
+
+use thiserror::Error;
+
+use crate::direct;
+use crate::form_factors::{
+    AssembleError, Draw, Engine, EngineError, FormFactors, Hemicube, HemicubeError,
+    HemicubeOptions, Row, assemble_lit,
+};
+use crate::patches::{PatchId, Patches, PatchesError};
+use crate::progress::Progress;
+use crate::reconstruct::Field;
+use crate::report::{EngineReport, Report, RowsReport, Stage};
+use crate::scene::{Rgb, Scene};
+use crate::solve::{EnergyBalance, SolveError, SolveOptions, System, solve};
+
+/// How a scene is lit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LightOptions {
+    /// Largest area of a patch, m². Default: what yields about [`DEFAULT_PATCHES`].
+    pub patch_size: Option<f64>,
+    /// The hemicubes.
+    pub hemicube: HemicubeOptions,
+    /// The solver.
+    pub solve: SolveOptions,
+    /// Bytes that the work may take.
+    pub memory: u64,
+}
+
+/// Number of patches aimed at where no size is given.
+pub const DEFAULT_PATCHES: u64 = 5_000;
+
+/// Why a scene could not be lit.
+#[derive(Debug, Error)]
+pub enum LightError {
+    /// It could not be subdivided.
+    #[error(transparent)]
+    Patches(#[from] PatchesError),
+    /// The hemicubes' options are wrong.
+    #[error(transparent)]
+    Hemicube(#[from] HemicubeError),
+    /// The engine failed.
+    #[error(transparent)]
+    Engine(#[from] EngineError),
+    /// The matrix could not be made.
+    #[error(transparent)]
+    Assemble(#[from] AssembleError),
+    /// The system could not be solved.
+    #[error(transparent)]
+    Solve(#[from] SolveError),
+    /// It would not fit in memory.
+    #[error(
+        "{patches} patches take about {needed_mib} MiB, {allowed_mib} MiB are allowed; use --patch-size {proposal:.3} (m²) or more, a lower --resolution, or more --memory"
+    )]
+    Memory {
+        /// Number of patches.
+        patches: usize,
+        /// Predicted need in MiB.
+        needed_mib: u64,
+        /// What is allowed in MiB.
+        allowed_mib: u64,
+        /// A patch size that should fit, m².
+        proposal: f64,
+    },
+}
+
+impl LightError {
+    /// Whether the user cancelled.
+    #[must_use]
+    pub fn is_cancelled(&self) -> bool {
+        matches!(
+            self,
+            Self::Assemble(AssembleError::Cancelled) | Self::Solve(SolveError::Cancelled)
+        )
+    }
+}
+
+/// A lit scene: patches and their irradiance.
+#[derive(Debug, Clone)]
+pub struct Solution {
+    /// The patches.
+    pub patches: Patches,
+    /// Irradiance H of each, W/m² or lx.
+    pub irradiance: Vec<Rgb>,
+    /// Whether a patch's value stands for what is seen of it: it has a row and is not covered.
+    pub usable: Vec<bool>,
+    /// How it came about.
+    pub report: Report,
+}
+
+impl Solution {
+    /// Irradiance as a smooth field over the surfaces.
+    #[must_use]
+    pub fn field<'a>(&'a self, scene: &Scene) -> Field<'a> {
+        Field::new(&scene.geometry, &self.patches, &self.irradiance, |i| self.usable[i.index()])
+    }
+}
+
+/// A patch that sends more than this share of its light to backs lies under something.
+pub const COVERED: f64 = 0.5;
+
+/// Lights a scene.
+pub fn light(
+    scene: &Scene,
+    options: &LightOptions,
+    progress: &dyn Progress,
+) -> Result<Solution, LightError> {
+    let geometry = &scene.geometry;
+    let mut clock = Clock::start();
+    let patch_size =
+        options.patch_size.unwrap_or_else(|| Patches::area_for(geometry, DEFAULT_PATCHES));
+    let patches = Patches::uniform(geometry, patch_size)?;
+    clock.lap("subdivide");
+
+    let rho = direct::reflectance(&scene.optics, &patches);
+    let emission = direct::emission(&scene.optics, &patches);
+    let mut engine = Hemicube::new(geometry, &patches, options.hemicube)?;
+    check_memory(&mut engine, &patches, patch_size, options.memory)?;
+    let mut factors = FormFactors::new(patches.len(), options.memory);
+    let has_sky = scene.sky.max_element() > 0.0;
+    let seeds = patches.ids().filter(|i| has_sky || emission[i.index()].max_element() > 0.0);
+    let shines = |i: PatchId| (rho[i.index()] + emission[i.index()]).max_element() > 0.0;
+    progress.stage("form factors", patches.len() as u64);
+    assemble_lit(&mut engine, &patches, seeds, shines, &mut factors, progress)?;
+    clock.lap("form factors");
+
+    let direct = direct::through_rows(&factors, &emission, scene.sky);
+    let areas: Vec<f64> = patches.ids().map(|i| patches.area(i)).collect();
+    let system = System { factors: &factors, rho: &rho, direct: &direct, areas: &areas };
+    progress.stage("solve", 0);
+    let (irradiance, solved) = solve(&system, &options.solve, progress)?;
+    clock.lap("solve");
+
+    let usable: Vec<bool> = patches
+        .ids()
+        .map(|i| factors.has_row(i) && factors.account(i).back <= COVERED)
+        .collect();
+    let report = Report {
+        scene: scene.name.clone(),
+        source_triangles: geometry.len(),
+        patches: patches.len(),
+        patch_size,
+        engine: Some(EngineReport {
+            name: engine.name(),
+            resolution: options.hemicube.resolution,
+            draw: match options.hemicube.draw {
+                Draw::Sources => "sources",
+                Draw::Patches => "patches",
+            },
+        }),
+        rows: Some(rows_report(&factors, &areas)),
+        solve: Some(solved),
+        energy: Some(EnergyBalance::of(&system, &emission, scene.sky, None, &irradiance)),
+        stages: clock.stages,
+        peak_memory_bytes: None,
+    };
+    Ok(Solution { patches, irradiance, usable, report })
+}
+
+/// Rows made beforehand to learn how many entries a row has.
+const SAMPLE_ROWS: usize = 32;
+
+/// Predicts what the rows will take and refuses what cannot fit.
+fn check_memory(
+    engine: &mut dyn Engine,
+    patches: &Patches,
+    patch_size: f64,
+    allowed: u64,
+) -> Result<(), LightError> {
+    let n = patches.len();
+    let step = n.div_ceil(SAMPLE_ROWS).max(1);
+    let ids: Vec<PatchId> = patches.ids().step_by(step).collect();
+    let mut rows = vec![Row::default(); ids.len()];
+    engine.fill(&ids, &mut rows)?;
+    let entries: usize = rows.iter().map(|r| r.columns.len()).sum();
+    let entries = entries as f64 / ids.len().max(1) as f64 * n as f64;
+    /// Bytes a patch takes beside its row: cells, areas, vectors of the solver, the field.
+    const PATCH_BYTES: f64 = 400.0;
+    let rows_bytes = entries * crate::form_factors::ENTRY_BYTES as f64;
+    let needed = rows_bytes + PATCH_BYTES * n as f64 + engine.bytes(n) as f64;
+    if needed <= allowed as f64 {
+        return Ok(());
+    }
+    // Entries grow at most as the square of the number of patches, and with it linearly in between.
+    let proposal = patch_size * (needed / allowed as f64).max(1.1);
+    Err(LightError::Memory {
+        patches: n,
+        needed_mib: (needed / f64::from(1 << 20)).ceil() as u64,
+        allowed_mib: allowed >> 20,
+        proposal,
+    })
+}
+
+/// Rows in the sample that reciprocity is measured on.
+const RECIPROCITY_ROWS: usize = 256;
+
+fn rows_report(factors: &FormFactors, areas: &[f64]) -> RowsReport {
+    let n = factors.len();
+    let with_row: Vec<PatchId> =
+        (0..n as u32).map(PatchId).filter(|&i| factors.has_row(i)).collect();
+    let (mut area, mut sums, mut covered) = (0.0, [0.0; 4], 0);
+    for &i in &with_row {
+        let (a, account) = (areas[i.index()], factors.account(i));
+        area += a;
+        let lost = [account.environment, account.back, account.lost];
+        sums[0] += a * (1.0 - lost.iter().sum::<f64>());
+        for (sum, share) in sums[1..].iter_mut().zip(lost) {
+            *sum += a * share;
+        }
+        covered += usize::from(account.back > COVERED);
+    }
+    let mean = sums.map(|s| if area > 0.0 { s / area } else { 0.0 });
+    let (mut difference, mut size) = (0.0, 0.0);
+    let step = with_row.len().div_ceil(RECIPROCITY_ROWS).max(1);
+    for &i in with_row.iter().step_by(step) {
+        for (j, f) in factors.row(i).iter().flat_map(|r| r.entries().collect::<Vec<_>>()) {
+            let (there, back) =
+                (areas[i.index()] * f, areas[j.index()] * factors.factor(j, i));
+            difference += (there - back) * (there - back);
+            size += there * there;
+        }
+    }
+    RowsReport {
+        rows: with_row.len(),
+        entries: factors.entries(),
+        bytes: factors.entries() * crate::form_factors::ENTRY_BYTES,
+        entries_share: mean[0],
+        environment: mean[1],
+        back: mean[2],
+        lost: mean[3],
+        covered,
+        reciprocity_rms: if size > 0.0 { (difference / size).sqrt() } else { 0.0 },
+    }
+}
+
+struct Clock {
+    last: Instant,
+    stages: Vec<Stage>,
+}
+
+impl Clock {
+    fn start() -> Self {
+        Self { last: Instant::now(), stages: Vec::new() }
+    }
+
+    fn lap(&mut self, name: &'static str) {
+        self.stages.push(Stage { name, seconds: self.last.elapsed().as_secs_f64() });
+        self.last = Instant::now();
+    }
+}
