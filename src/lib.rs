@@ -12,14 +12,14 @@
 pub mod progress;
 pub mod scene;
 
-pub mod form_factors;
 pub mod direct;
-pub mod solve;
+pub mod export;
+pub mod form_factors;
+pub mod patches;
 pub mod reconstruct;
+pub mod render;
 pub mod report;
 pub mod solution;
-pub mod render;
+pub mod solve;
 pub mod tone;
-pub mod export;
-pub mod patches;
 pub mod visibility;

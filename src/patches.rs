@@ -132,10 +132,10 @@ impl Patches {
         Ok(patches)
     }
 
-    /// The largest area (m²) that yields at least `target` patches, and as near to it as halving
-    /// finds; the whole triangles' largest area if the triangles alone are that many.
+    /// The largest area (m²) that yields at least `more` patches beyond one a side of each source
+    /// triangle, as near as halving finds.
     #[must_use]
-    pub fn area_for(geometry: &Geometry, target: u64) -> f64 {
+    pub fn area_adding(geometry: &Geometry, more: u64) -> f64 {
         let sides: Vec<(f64, u64)> = geometry
             .ids()
             .filter(|&t| geometry.is_solid(t))
@@ -151,10 +151,8 @@ impl Patches {
         if largest <= 0.0 {
             return 1.0;
         }
+        let target = count(largest) + more;
         let (mut low, mut high) = (largest * 1e-12, largest);
-        if count(high) >= target {
-            return high;
-        }
         for _ in 0..60 {
             let middle = (low * high).sqrt();
             if count(middle) >= target { low = middle } else { high = middle }
@@ -333,9 +331,9 @@ mod tests {
     }
 
     #[test]
-    fn the_area_for_a_target_reaches_it() {
+    fn the_area_for_more_patches_yields_them() {
         let g = triangle(Sides::One);
-        let area = Patches::area_for(&g, 1000);
+        let area = Patches::area_adding(&g, 1000);
         let n = Patches::uniform(&g, area).unwrap().len();
         assert!((1000..=4096).contains(&n), "{n}");
     }

@@ -38,7 +38,9 @@ impl Default for PictureOptions {
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum RenderError {
     /// No pixel, or more than memory should hold.
-    #[error("a picture of {0} x {1} pixels cannot be made; give --size WxH between 1x1 and 16384x16384")]
+    #[error(
+        "a picture of {0} x {1} pixels cannot be made; give --size WxH between 1x1 and 16384x16384"
+    )]
     Size(usize, usize),
     /// The camera looks nowhere.
     #[error("{0}")]
@@ -132,7 +134,6 @@ impl<'a> Renderer<'a> {
             let rows = pixels.len() / w;
             let y = |row: usize| half * (2.0 * row as f64 / h as f64 - 1.0);
             let face = Face::new(
-                [(0, 1.0), (1, 1.0), (2, 1.0)],
                 [-half * aspect, half * aspect],
                 [y(band * BAND), y(band * BAND + rows)],
                 w * n,
@@ -176,12 +177,15 @@ impl<'a> Renderer<'a> {
         let mut last: Option<(u32, [[f32; 3]; 3])> = None;
         for (x, &item) in items.iter().enumerate() {
             if item == NOTHING {
-                sample(x, &Sight { radiance: self.scene.sky, irradiance: Rgb::ZERO, reflects: false });
+                sample(
+                    x,
+                    &Sight { radiance: self.scene.sky, irradiance: Rgb::ZERO, reflects: false },
+                );
                 continue;
             }
             if last.is_none_or(|(i, _)| i != item) {
                 let corners = self.occluders.corners_in(view, item as usize / 2);
-                last = Edges::new(corners).map(|e| (item, e.edge.map(|e| face.turn(e))));
+                last = Edges::new(corners).map(|e| (item, e.turned::<0>()));
             }
             let Some((_, e)) = last else { continue };
             let (px, py) = (face.x()[x], face.y()[row]);
@@ -209,7 +213,12 @@ impl<'a> Renderer<'a> {
 
     /// The exposure (factor on radiance) that brings the mean of the logarithm of the luminance of
     /// the lit surfaces in view, emitters apart, to `key`; 1 if nothing lit is in view.
-    pub fn auto_exposure(&self, camera: &Camera, aspect: f64, key: f64) -> Result<f64, RenderError> {
+    pub fn auto_exposure(
+        &self,
+        camera: &Camera,
+        aspect: f64,
+        key: f64,
+    ) -> Result<f64, RenderError> {
         let height = 120;
         let width = ((height as f64 * aspect) as usize).clamp(1, 1000);
         let options = PictureOptions { width, height, samples: 1 };
@@ -250,8 +259,10 @@ fn draw_kernel(occluders: &Occluders, view: &View, face: &Face, buffer: &mut Ite
         if corners.iter().all(|c| c.z <= 0.0) {
             continue;
         }
-        if let Some(edges) = Edges::new(corners) {
-            buffer.draw(face, &corners, &edges, 2 * i as u32 + u32::from(edges.back));
+        if let Some(bounds) = face.bounds::<0>(&corners)
+            && let Some(edges) = Edges::new(corners)
+        {
+            buffer.draw::<0>(face, bounds, &edges, 2 * i as u32 + u32::from(edges.back));
         }
     }
 }
@@ -265,7 +276,9 @@ fn frame_of(camera: &Camera) -> Result<Frame, RenderError> {
         ));
     }
     if !(camera.vfov > 0.0 && camera.vfov < PI) {
-        return Err(RenderError::Camera("the vertical angle of view must lie between 0 and 180 degrees"));
+        return Err(RenderError::Camera(
+            "the vertical angle of view must lie between 0 and 180 degrees",
+        ));
     }
     let right = forward.cross(camera.up).normalize_or_zero();
     let right = if right == DVec3::ZERO { forward.any_orthonormal_vector() } else { right };

@@ -19,7 +19,8 @@ use crate::solve::{EnergyBalance, SolveError, SolveOptions, System, solve};
 /// How a scene is lit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LightOptions {
-    /// Largest area of a patch, m². Default: what yields about [`DEFAULT_PATCHES`].
+    /// Largest area of a patch, m². Default: what adds about [`DEFAULT_PATCHES`] patches to the
+    /// source triangles.
     pub patch_size: Option<f64>,
     /// The hemicubes.
     pub hemicube: HemicubeOptions,
@@ -29,7 +30,7 @@ pub struct LightOptions {
     pub memory: u64,
 }
 
-/// Number of patches aimed at where no size is given.
+/// Number of patches aimed at where no size is given, beyond one a side of each source triangle.
 pub const DEFAULT_PATCHES: u64 = 5_000;
 
 /// Why a scene could not be lit.
@@ -110,7 +111,7 @@ pub fn light(
     let geometry = &scene.geometry;
     let mut clock = Clock::start();
     let patch_size =
-        options.patch_size.unwrap_or_else(|| Patches::area_for(geometry, DEFAULT_PATCHES));
+        options.patch_size.unwrap_or_else(|| Patches::area_adding(geometry, DEFAULT_PATCHES));
     let patches = Patches::uniform(geometry, patch_size)?;
     clock.lap("subdivide");
 
@@ -133,10 +134,8 @@ pub fn light(
     let (irradiance, solved) = solve(&system, &options.solve, progress)?;
     clock.lap("solve");
 
-    let usable: Vec<bool> = patches
-        .ids()
-        .map(|i| factors.has_row(i) && factors.account(i).back <= COVERED)
-        .collect();
+    let usable: Vec<bool> =
+        patches.ids().map(|i| factors.has_row(i) && factors.account(i).back <= COVERED).collect();
     let report = Report {
         scene: scene.name.clone(),
         source_triangles: geometry.len(),
@@ -194,7 +193,7 @@ fn check_memory(
 }
 
 /// Rows in the sample that reciprocity is measured on.
-const RECIPROCITY_ROWS: usize = 256;
+const RECIPROCITY_ROWS: usize = 64;
 
 fn rows_report(factors: &FormFactors, areas: &[f64]) -> RowsReport {
     let n = factors.len();
@@ -216,8 +215,7 @@ fn rows_report(factors: &FormFactors, areas: &[f64]) -> RowsReport {
     let step = with_row.len().div_ceil(RECIPROCITY_ROWS).max(1);
     for &i in with_row.iter().step_by(step) {
         for (j, f) in factors.row(i).iter().flat_map(|r| r.entries().collect::<Vec<_>>()) {
-            let (there, back) =
-                (areas[i.index()] * f, areas[j.index()] * factors.factor(j, i));
+            let (there, back) = (areas[i.index()] * f, areas[j.index()] * factors.factor(j, i));
             difference += (there - back) * (there - back);
             size += there * there;
         }

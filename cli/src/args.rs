@@ -151,10 +151,12 @@ pub enum ToneChoice {
 }
 
 fn vector(text: &str) -> Result<DVec3, String> {
-    let parts: Vec<f64> =
-        text.split(',').map(str::trim).map(str::parse).collect::<Result<_, _>>().map_err(|_| {
-            format!("'{text}' is not three numbers; write them like 1.5,-2,0")
-        })?;
+    let parts: Vec<f64> = text
+        .split(',')
+        .map(str::trim)
+        .map(str::parse)
+        .collect::<Result<_, _>>()
+        .map_err(|_| format!("'{text}' is not three numbers; write them like 1.5,-2,0"))?;
     match parts[..] {
         [x, y, z] if parts.iter().all(|p| p.is_finite()) => Ok(DVec3::new(x, y, z)),
         _ => Err(format!("'{text}' is not three numbers; write them like 1.5,-2,0")),

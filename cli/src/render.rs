@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use hemicube::export::{write_png, write_whole};
 use hemicube::form_factors::{Draw, HemicubeOptions};
 use hemicube::progress::Progress;
 use hemicube::render::{PictureOptions, RenderError, Renderer};
@@ -11,7 +12,6 @@ use hemicube::scene::{Camera, Scene, builtin};
 use hemicube::solution::{LightError, LightOptions, Solution, light};
 use hemicube::solve::{Method, SolveOptions};
 use hemicube::tone::{KEY, Tone};
-use hemicube::export::{write_png, write_whole};
 
 use crate::args::{DrawChoice, Exposure, Light, Render, SolverChoice, ToneChoice};
 use crate::failure::Failure;
@@ -111,8 +111,7 @@ fn camera_of(scene: &Scene, args: &Render) -> Result<Camera, Failure> {
 }
 
 fn output_of(scene: &Scene, args: &Render) -> Result<PathBuf, Failure> {
-    let path =
-        args.output.clone().unwrap_or_else(|| PathBuf::from(format!("{}.png", scene.name)));
+    let path = args.output.clone().unwrap_or_else(|| PathBuf::from(format!("{}.png", scene.name)));
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default();
     if !extension.eq_ignore_ascii_case("png") {
         return Err(Failure::Input(format!("{}: pictures are written as .png", path.display())));

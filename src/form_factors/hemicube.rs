@@ -77,14 +77,18 @@ pub struct Hemicube<'a> {
 struct Scratch {
     view: View,
     buffers: [ItemBuffer; 5],
-    edges: Vec<Option<Edges>>,
+    /// Edge functions of the solid triangles drawn.
+    edges: Vec<Edges>,
     /// Weight of each patch seen so far in this row.
     sums: Vec<u32>,
-    /// One bit a patch: whether its sum is not zero.
-    seen: Vec<u64>,
+    /// Whether some patch of each [`GROUP`] has been seen.
+    seen: Vec<bool>,
     environment: u64,
     back: u64,
 }
+
+/// Patches are marked as seen by groups of so many.
+const GROUP: usize = 64;
 
 /// Mark of a back that does not reflect, in an item buffer of patches.
 const BACK: u32 = NOTHING - 1;
@@ -121,7 +125,7 @@ impl<'a> Hemicube<'a> {
     pub fn row(&self, id: PatchId, row: &mut Row) {
         let mut scratch = self.locked().pop().unwrap_or_default();
         scratch.sums.resize(self.patches.len(), 0);
-        scratch.seen.resize(self.patches.len().div_ceil(64), 0);
+        scratch.seen.resize(self.patches.len().div_ceil(GROUP), false);
         make_row(self, id, &mut scratch, row);
         self.locked().push(scratch);
     }
@@ -178,25 +182,55 @@ fn make_row_kernel(engine: &Hemicube<'_>, id: PatchId, scratch: &mut Scratch, ro
     scratch.write(row);
 }
 
+/// Calls a function with each of the five faces as its constant.
+macro_rules! each_face {
+    ($f:ident => $body:expr) => {{
+        {
+            const $f: usize = 0;
+            $body
+        }
+        {
+            const $f: usize = 1;
+            $body
+        }
+        {
+            const $f: usize = 2;
+            $body
+        }
+        {
+            const $f: usize = 3;
+            $body
+        }
+        {
+            const $f: usize = 4;
+            $body
+        }
+    }};
+}
+
 /// Projects every source triangle but the patch's own on the faces; items are twice the number of
 /// the solid triangle, plus one if its back is seen.
 #[inline(always)]
 fn project_sources(engine: &Hemicube<'_>, own: TriangleId, s: &mut Scratch) {
-    s.edges.resize(engine.occluders.len(), None);
+    s.edges.resize(engine.occluders.len(), Edges::default());
     for (i, &id) in engine.occluders.ids().iter().enumerate() {
         let faces = engine.occluders.faces_in(&s.view, i);
         if faces == 0 || id == own {
             continue;
         }
         let corners = engine.occluders.corners_in(&s.view, i);
-        let Some(edges) = Edges::new(corners) else { continue };
-        s.edges[i] = Some(edges);
-        let item = 2 * i as u32 + u32::from(edges.back);
-        for (f, (face, buffer)) in engine.faces.iter().zip(&mut s.buffers).enumerate() {
-            if faces >> f & 1 == 1 {
-                buffer.draw(face, &corners, &edges, item);
+        let mut known = false;
+        each_face!(F => if faces >> F & 1 == 1 {
+            if let Some(bounds) = engine.faces[F].bounds::<F>(&corners) {
+                if !std::mem::replace(&mut known, true) {
+                    let Some(edges) = Edges::new(corners) else { continue };
+                    s.edges[i] = edges;
+                }
+                let edges = &s.edges[i];
+                let item = 2 * i as u32 + u32::from(edges.back);
+                s.buffers[F].draw::<F>(&engine.faces[F], bounds, edges, item);
             }
-        }
+        });
     }
 }
 
@@ -213,11 +247,11 @@ fn project_patches(engine: &Hemicube<'_>, own: TriangleId, s: &mut Scratch) {
         let mut draw = |patch: [Vec3; 3], area: &PatchArea, item: u32| {
             let joined = patch.iter().fold(0, |c, p| c | code(p.x, p.y, p.z));
             let faces = faces_of(joined);
-            for (f, (face, buffer)) in engine.faces.iter().zip(&mut s.buffers).enumerate() {
-                if faces >> f & 1 == 1 {
-                    buffer.draw_patch(face, &patch, &edges, area, item);
+            each_face!(F => if faces >> F & 1 == 1 {
+                if let Some(bounds) = engine.faces[F].bounds::<F>(&patch) {
+                    s.buffers[F].draw_patch::<F>(&engine.faces[F], bounds, &edges, area, item);
                 }
-            }
+            });
         };
         if engine.patches.split_of(id, side) == Split::None {
             let whole = PatchArea { strips: 1.0, strip: [0.0; 3], inverted: false };
@@ -234,7 +268,8 @@ fn project_patches(engine: &Hemicube<'_>, own: TriangleId, s: &mut Scratch) {
             let [a, b, c] = corners;
             let at =
                 |l: [u32; 3]| (a * l[0] as f32 + b * l[1] as f32 + c * l[2] as f32) * (1.0 / n);
-            draw(cell.lattice().map(at), &area, patch.0);
+            let [p, q, r] = cell.lattice();
+            draw([at(p), at(q), at(r)], &area, patch.0);
         }
     }
 }
@@ -243,24 +278,27 @@ impl Scratch {
     #[inline(always)]
     fn add(&mut self, patch: u32, weight: u32) {
         self.sums[patch as usize] += weight;
-        self.seen[patch as usize / 64] |= 1 << (patch % 64);
+        self.seen[patch as usize / GROUP] = true;
     }
 
     /// Moves the sums into `row`, ascending, and clears them.
+    #[inline(always)]
     fn write(&mut self, row: &mut Row) {
         row.columns.clear();
         let mut weights = match &mut row.weights {
             Weights::Fixed(w) => std::mem::take(w),
         };
         weights.clear();
-        for (word, bits) in self.seen.iter_mut().enumerate() {
-            while *bits != 0 {
-                let patch = word as u32 * 64 + bits.trailing_zeros();
-                *bits &= *bits - 1;
-                let sum = std::mem::take(&mut self.sums[patch as usize]);
-                if sum > 0 {
-                    row.columns.push(patch);
-                    weights.push(sum);
+        for ((group, seen), sums) in
+            self.seen.iter_mut().enumerate().zip(self.sums.chunks_mut(GROUP))
+        {
+            if !std::mem::take(seen) {
+                continue;
+            }
+            for (k, sum) in sums.iter_mut().enumerate() {
+                if *sum > 0 {
+                    row.columns.push((group * GROUP + k) as u32);
+                    weights.push(std::mem::take(sum));
                 }
             }
         }
@@ -271,7 +309,7 @@ impl Scratch {
     }
 }
 
-/// Sums the weights of runs of equal items, and calls `run(s, item, from, to, sum)`.
+/// Sums the weights of each patch in the item buffers.
 #[inline(always)]
 fn count_patches(engine: &Hemicube<'_>, s: &mut Scratch) {
     for (f, face) in engine.faces.iter().enumerate() {
@@ -296,9 +334,10 @@ fn count_patches(engine: &Hemicube<'_>, s: &mut Scratch) {
 /// triangle; the run of a triangle that is a single patch is summed as a whole.
 #[inline(always)]
 fn count_sources(engine: &Hemicube<'_>, s: &mut Scratch) {
-    for (f, face) in engine.faces.iter().enumerate() {
-        let table = &engine.weights[usize::from(f > 0)];
-        let buffer = std::mem::take(&mut s.buffers[f]);
+    each_face!(F => {
+        let face = &engine.faces[F];
+        let table = &engine.weights[(F > 0) as usize];
+        let buffer = std::mem::take(&mut s.buffers[F]);
         for (y, (items, weights)) in
             buffer.items().chunks(face.stride()).zip(table.chunks(face.stride())).enumerate()
         {
@@ -310,19 +349,19 @@ fn count_sources(engine: &Hemicube<'_>, s: &mut Scratch) {
                 while to < items.len() && items[to] == item {
                     to += 1;
                 }
-                count_run(engine, s, face, y, item, from..to, weights);
+                count_run::<F>(engine, s, y, item, from..to, weights);
                 from = to;
             }
         }
-        s.buffers[f] = buffer;
-    }
+        s.buffers[F] = buffer;
+    });
 }
 
+/// Counts a run of pixels that see the same source triangle.
 #[inline(always)]
-fn count_run(
+fn count_run<const F: usize>(
     engine: &Hemicube<'_>,
     s: &mut Scratch,
-    face: &Face,
     y: usize,
     item: u32,
     run: std::ops::Range<usize>,
@@ -335,57 +374,51 @@ fn count_run(
     }
     let solid = item as usize / 2;
     let triangle = engine.occluders.ids()[solid];
-    let split = engine.patches.splits()[2 * triangle.index() + (item as usize & 1)];
-    match (split, &s.edges[solid]) {
-        (Split::Uniform { first, level: 0 }, _) => s.add(first, whole()),
-        (Split::Uniform { first, level }, Some(edges)) => {
-            let mut ids = [0; LANES];
-            let e = edges.edge.map(|e| face.turn(e));
+    match engine.patches.splits()[2 * triangle.index() + (item as usize & 1)] {
+        Split::None => s.back += u64::from(whole()),
+        Split::Uniform { first, level: 0 } => s.add(first, whole()),
+        Split::Uniform { first, level } => {
+            let face = &engine.faces[F];
+            let [e0, e1, e2] = s.edges[solid].turned::<F>();
             let y = face.y()[y];
-            let c = e.map(|e| e[1] * y + e[2]);
+            let (c0, c1, c2) = (e0[1] * y + e0[2], e1[1] * y + e1[2], e2[1] * y + e2[2]);
             let n = (1_u32 << level) as f32;
-            let mut from = run.start;
-            let (mut patch, mut sum) = (u32::MAX, 0);
-            while from < run.end {
-                let block = from - from % LANES;
-                let xs: &[f32] = &face.x()[block..block + LANES];
+            let blocks = run.start / LANES..run.end.div_ceil(LANES);
+            let mut ids = [0; LANES];
+            for block in blocks {
+                let start = block * LANES;
+                let xs = &face.x().as_chunks::<LANES>().0[block];
                 for l in 0..LANES {
                     let x = xs[l];
-                    let f = [e[0][0] * x + c[0], e[1][0] * x + c[1], e[2][0] * x + c[2]];
-                    ids[l] = first + index_in_grid(n, f);
+                    ids[l] = index_in_grid(n, e0[0] * x + c0, e1[0] * x + c1, e2[0] * x + c2);
                 }
-                let to = run.end.min(block + LANES);
-                for l in from..to {
-                    let id = ids[l - block];
-                    if id != patch {
-                        if sum > 0 {
-                            s.add(patch, sum);
-                        }
-                        (patch, sum) = (id, 0);
-                    }
-                    sum += weights[l];
+                let (from, to) = (run.start.max(start), run.end.min(start + LANES));
+                for (&id, &weight) in ids[from - start..to - start].iter().zip(&weights[from..to]) {
+                    s.add(first + id, weight);
                 }
-                from = to;
-            }
-            if sum > 0 {
-                s.add(patch, sum);
             }
         }
-        _ => s.back += u64::from(whole()),
     }
 }
 
-/// Index of the patch in a grid of `n` strips whose edge functions have the values `f`; the twin in
-/// single precision of the look-up by barycentric coordinates. Always below n².
+/// Index of the patch in a grid of `n` strips where the edge functions have the values `f0, f1, f2`;
+/// the twin in single precision of the look-up by barycentric coordinates. Always below n².
 #[inline(always)]
-fn index_in_grid(n: f32, f: [f32; 3]) -> u32 {
-    let scale = n / (f[0] + f[1] + f[2]);
-    let (u, v) = ((f[0] * scale).max(0.0), (f[1] * scale).max(0.0));
+fn index_in_grid(n: f32, f0: f32, f1: f32, f2: f32) -> u32 {
+    let scale = n / (f0 + f1 + f2);
+    let (u, v) = ((f0 * scale).max(0.0), (f1 * scale).max(0.0));
     let i = u.floor().min(n - 1.0);
     let j = v.floor().min(n - 1.0 - i);
-    let inverted = (u - i) + (v - j) > 1.0 && i + j + 2.0 <= n;
-    let (n, i, j) = (n as i32, i as i32, j as i32);
-    (i * (2 * n - i) + 2 * j + i32::from(inverted)) as u32
+    let inverted = ((u - i) + (v - j) > 1.0) & (i + j + 2.0 <= n);
+    let (n, i, j) = (small_integer(n), small_integer(i), small_integer(j));
+    i * (2 * n - i) + 2 * j + u32::from(inverted)
+}
+
+/// `x as u32` for whole x from 0 to 2^22, in a form that vectorises.
+#[inline(always)]
+fn small_integer(x: f32) -> u32 {
+    const SHIFT: f32 = 8_388_608.0;
+    (x + SHIFT).to_bits() & 0x7f_ffff
 }
 
 #[cfg(test)]

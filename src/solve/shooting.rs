@@ -70,7 +70,8 @@ pub(super) fn solve(
     // Irradiance received and not yet reflected.
     let mut unshot = h.clone();
     // A correction of rounding may be negative: its size decides.
-    let flux = |unshot: Rgb, i: usize| (system.rho[i] * unshot).abs().max_element() * system.areas[i];
+    let flux =
+        |unshot: Rgb, i: usize| (system.rho[i] * unshot).abs().max_element() * system.areas[i];
     let mut shots = 0;
     let mut residual = f64::INFINITY;
     loop {

@@ -8,13 +8,9 @@ use super::simd::LANES;
 /// A rectangle of pixels on a plane at distance 1 before the pinhole.
 ///
 /// A pixel looks along `x right + y up + forward`, where `right`, `up`, `forward` are axes of the
-/// frame, chosen and signed, and right-handed.
+/// frame as [`turn`] has them for one of the hemicube's faces.
 #[derive(Debug, Clone)]
 pub struct Face {
-    /// Which axis of the frame is right, up, forward.
-    axis: [usize; 3],
-    /// And its sign.
-    sign: [f32; 3],
     /// x of each pixel's centre, padded to a multiple of [`LANES`].
     x: Vec<f32>,
     /// y of each row of pixels.
@@ -27,21 +23,13 @@ pub struct Face {
 impl Face {
     /// `width` × `height` pixels that cover `x` and `y` (from, to).
     #[must_use]
-    pub fn new(
-        orientation: [(usize, f32); 3],
-        x: [f64; 2],
-        y: [f64; 2],
-        width: usize,
-        height: usize,
-    ) -> Self {
+    pub fn new(x: [f64; 2], y: [f64; 2], width: usize, height: usize) -> Self {
         let centres = |[from, to]: [f64; 2], n: usize, padded: usize| -> Vec<f32> {
             let step = (to - from) / n as f64;
             (0..padded).map(|i| (from + (i as f64 + 0.5) * step) as f32).collect()
         };
         let stride = width.next_multiple_of(LANES);
         Self {
-            axis: orientation.map(|o| o.0),
-            sign: orientation.map(|o| o.1),
             x: centres(x, width, stride),
             y: centres(y, height, height),
             width,
@@ -56,31 +44,9 @@ impl Face {
     /// the upper halves of +x, -x, +y, -y.
     #[must_use]
     pub fn hemicube(resolution: usize) -> [Self; 5] {
-        const X: usize = 0;
-        const Y: usize = 1;
-        const Z: usize = 2;
-        let side = |right: (usize, f32), forward: (usize, f32)| {
-            Self::new(
-                [right, (Z, 1.0), forward],
-                [-1.0, 1.0],
-                [0.0, 1.0],
-                resolution,
-                resolution / 2,
-            )
-        };
-        [
-            Self::new(
-                [(X, 1.0), (Y, 1.0), (Z, 1.0)],
-                [-1.0, 1.0],
-                [-1.0, 1.0],
-                resolution,
-                resolution,
-            ),
-            side((Y, 1.0), (X, 1.0)),
-            side((Y, -1.0), (X, -1.0)),
-            side((X, -1.0), (Y, 1.0)),
-            side((X, 1.0), (Y, -1.0)),
-        ]
+        let top = Self::new([-1.0, 1.0], [-1.0, 1.0], resolution, resolution);
+        let side = Self::new([-1.0, 1.0], [0.0, 1.0], resolution, resolution / 2);
+        [top, side.clone(), side.clone(), side.clone(), side]
     }
 
     /// Pixels a row.
@@ -111,22 +77,11 @@ impl Face {
         &self.y
     }
 
-    /// A vector of the frame as (right, up, forward).
-    #[inline(always)]
-    pub(crate) fn turn(&self, v: Vec3) -> [f32; 3] {
-        let v = v.to_array();
-        [
-            self.sign[0] * v[self.axis[0]],
-            self.sign[1] * v[self.axis[1]],
-            self.sign[2] * v[self.axis[2]],
-        ]
-    }
-
     /// Pixels (x from, x to, y from, y to; ends exclusive) outside of which a triangle of the frame
     /// is not seen; `None` if it is seen nowhere.
     #[inline(always)]
-    fn bounds(&self, corners: &[Vec3; 3]) -> Option<[usize; 4]> {
-        let c = corners.map(|v| self.turn(v));
+    pub(crate) fn bounds<const F: usize>(&self, corners: &[Vec3; 3]) -> Option<[usize; 4]> {
+        let c = [turn::<F>(corners[0]), turn::<F>(corners[1]), turn::<F>(corners[2])];
         let (mut lo, mut hi) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);
         let mut before = 0;
         for v in &c {
@@ -181,12 +136,25 @@ impl Face {
     }
 }
 
+/// A vector of the frame as (right, up, forward) of face `F` of the hemicube: 0 the top, which is also
+/// a camera's picture, then +x, -x, +y, -y. All are right-handed.
+#[inline(always)]
+pub(crate) fn turn<const F: usize>(v: Vec3) -> [f32; 3] {
+    match F {
+        0 => [v.x, v.y, v.z],
+        1 => [v.y, v.z, v.x],
+        2 => [-v.y, v.z, -v.x],
+        3 => [-v.x, v.z, v.y],
+        _ => [v.x, v.z, -v.y],
+    }
+}
+
 /// Edge functions of a triangle in the frame of a pinhole at the origin.
 ///
 /// Along a direction d that meets the triangle, `edge[k]·d` is proportional to the barycentric
 /// coordinate of corner k, all three not negative; `nearness·d` is the inverse of the distance in
 /// units of d.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Edges {
     pub(crate) edge: [Vec3; 3],
     pub(crate) nearness: Vec3,
@@ -211,6 +179,12 @@ impl Edges {
             nearness: normal / distance,
             back: distance > 0.0,
         })
+    }
+
+    /// The edge functions on face `F`.
+    #[inline(always)]
+    pub(crate) fn turned<const F: usize>(&self) -> [[f32; 3]; 3] {
+        [turn::<F>(self.edge[0]), turn::<F>(self.edge[1]), turn::<F>(self.edge[2])]
     }
 }
 
@@ -248,40 +222,42 @@ impl ItemBuffer {
         &self.items
     }
 
-    /// Draws a whole source triangle. Where two items are equally near, the first stays.
+    /// Draws a whole source triangle on face `F` within `bounds`. Where two items are equally near,
+    /// the first stays.
     #[inline(always)]
-    pub(crate) fn draw(&mut self, face: &Face, corners: &[Vec3; 3], edges: &Edges, item: u32) {
-        let Some([x0, x1, y0, y1]) = face.bounds(corners) else { return };
-        let e = edges.edge.map(|e| face.turn(e));
-        self.scan(face, [x0, x1, y0, y1], &e, face.turn(edges.nearness), item, |f0, f1, f2| {
+    pub(crate) fn draw<const F: usize>(
+        &mut self,
+        face: &Face,
+        bounds: [usize; 4],
+        edges: &Edges,
+        item: u32,
+    ) {
+        self.scan::<F>(face, bounds, edges, item, |f0, f1, f2| {
             (f0 >= 0.0) & (f1 >= 0.0) & (f2 >= 0.0)
         });
     }
 
-    /// Draws one patch of a source triangle whose edges are given; `corners` are the patch's. Its
+    /// Draws one patch of a source triangle whose edges are given, within the patch's `bounds`. Its
     /// edges are evaluated from those of the source triangle, so that patches which share one,
     /// within a source triangle or across its edge, leave no pixel between them.
     #[inline(always)]
-    pub(crate) fn draw_patch(
+    pub(crate) fn draw_patch<const F: usize>(
         &mut self,
         face: &Face,
-        corners: &[Vec3; 3],
+        bounds: [usize; 4],
         edges: &Edges,
         area: &PatchArea,
         item: u32,
     ) {
-        let Some(bounds) = face.bounds(corners) else { return };
-        let e = edges.edge.map(|e| face.turn(e));
-        let nearness = face.turn(edges.nearness);
         let (n, [i, j, k]) = (area.strips, area.strip);
         if area.inverted {
             let (i, j, k) = (i + 1.0, j + 1.0, k + 1.0);
-            self.scan(face, bounds, &e, nearness, item, |f0, f1, f2| {
+            self.scan::<F>(face, bounds, edges, item, |f0, f1, f2| {
                 let s = f0 + f1 + f2;
                 (i * s >= n * f0) & (j * s >= n * f1) & (k * s >= n * f2) & (s > 0.0)
             });
         } else {
-            self.scan(face, bounds, &e, nearness, item, |f0, f1, f2| {
+            self.scan::<F>(face, bounds, edges, item, |f0, f1, f2| {
                 let s = f0 + f1 + f2;
                 (n * f0 >= i * s) & (n * f1 >= j * s) & (n * f2 >= k * s) & (s > 0.0)
             });
@@ -289,15 +265,16 @@ impl ItemBuffer {
     }
 
     #[inline(always)]
-    fn scan(
+    fn scan<const F: usize>(
         &mut self,
         face: &Face,
         [x0, x1, y0, y1]: [usize; 4],
-        e: &[[f32; 3]; 3],
-        nearness: [f32; 3],
+        edges: &Edges,
         item: u32,
         inside: impl Fn(f32, f32, f32) -> bool,
     ) {
+        let [e0, e1, e2] = edges.turned::<F>();
+        let nearness = turn::<F>(edges.nearness);
         let stride = face.stride();
         let blocks = x0 / LANES..x1.div_ceil(LANES);
         let xs = &face.x.as_chunks::<LANES>().0[blocks.clone()];
@@ -305,14 +282,14 @@ impl ItemBuffer {
             let at = row * stride + blocks.start * LANES..row * stride + blocks.end * LANES;
             let items = self.items[at.clone()].as_chunks_mut::<LANES>().0;
             let near = self.nearness[at].as_chunks_mut::<LANES>().0;
-            let c = e.map(|e| e[1] * y + e[2]);
+            let (c0, c1, c2) = (e0[1] * y + e0[2], e1[1] * y + e1[2], e2[1] * y + e2[2]);
             let z = nearness[1] * y + nearness[2];
             for ((xs, items), near) in xs.iter().zip(items).zip(near) {
                 for l in 0..LANES {
                     let x = xs[l];
                     let here = nearness[0] * x + z;
-                    let seen = inside(e[0][0] * x + c[0], e[1][0] * x + c[1], e[2][0] * x + c[2])
-                        & (here > near[l]);
+                    let seen =
+                        inside(e0[0] * x + c0, e1[0] * x + c1, e2[0] * x + c2) & (here > near[l]);
                     near[l] = if seen { here } else { near[l] };
                     items[l] = if seen { item } else { items[l] };
                 }

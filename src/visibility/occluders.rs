@@ -118,10 +118,9 @@ impl Occluders {
     /// The corners of solid triangle number `i` in the frame of `view`.
     #[inline(always)]
     pub(crate) fn corners_in(&self, view: &View, i: usize) -> [Vec3; 3] {
-        self.corners[i].map(|v| {
-            let v = v as usize;
-            Vec3::new(view.x[v], view.y[v], view.z[v])
-        })
+        let at = |v: u32| Vec3::new(view.x[v as usize], view.y[v as usize], view.z[v as usize]);
+        let [a, b, c] = self.corners[i];
+        [at(a), at(b), at(c)]
     }
 
     /// Which faces of the hemicube solid triangle number `i` may touch: bit f for face f. Never
