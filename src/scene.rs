@@ -2,6 +2,7 @@
 
 mod builder;
 pub mod builtin;
+mod footprint;
 pub mod geometry;
 pub mod optics;
 pub mod texture;
@@ -11,7 +12,7 @@ use glam::DVec3;
 pub use builder::SceneBuilder;
 pub use geometry::{Geometry, Part, Side, Sides, Surface, TriangleId};
 pub use optics::{Material, Optics};
-pub use texture::{Texture, Wrap};
+pub use texture::{Texture, TextureError, TextureSampler, Wrap};
 
 /// Three channels of a radiometric (or photometric) quantity or of a reflectance.
 pub type Rgb = DVec3;
