@@ -4,13 +4,17 @@ mod builder;
 pub mod builtin;
 mod footprint;
 pub mod geometry;
+pub mod import;
+mod obj;
 pub mod optics;
+mod polygon;
 pub mod texture;
 
 use glam::DVec3;
 
 pub use builder::SceneBuilder;
 pub use geometry::{Geometry, Part, Side, Sides, Surface, TriangleId};
+pub use import::{ImportOptions, SceneError, SidesChoice, load};
 pub use optics::{Material, Optics};
 pub use texture::{Texture, TextureError, TextureSampler, Wrap};
 
