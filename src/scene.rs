@@ -4,6 +4,7 @@ mod builder;
 pub mod builtin;
 mod footprint;
 pub mod geometry;
+mod gltf;
 pub mod import;
 mod obj;
 pub mod optics;

@@ -9,7 +9,7 @@ use glam::DVec3;
 
 use super::builder::{MAX_REFLECTANCE, SceneBuilder};
 use super::geometry::Sides;
-use super::{Lamp, Scene, obj};
+use super::{Lamp, Scene, gltf, obj};
 
 /// Which sides of triangles reflect.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -135,7 +135,7 @@ impl fmt::Display for Place {
     }
 }
 
-const READ: &str = ".obj";
+const READ: &str = ".gltf, .glb or .obj";
 
 /// Most triangles and vertices of a scene. A small file can ask for more than any memory holds by
 /// instancing a mesh over and over.
@@ -190,7 +190,7 @@ impl Source<'_> {
     }
 }
 
-/// Reads a model: Wavefront OBJ (`.obj`).
+/// Reads a model: glTF 2.0 (`.gltf`, `.glb`) or Wavefront OBJ (`.obj`).
 ///
 /// What is doubtful, or was assumed, is in the scene's findings.
 ///
@@ -205,6 +205,7 @@ pub fn load(path: &Path, options: &ImportOptions) -> Result<Scene, SceneError> {
     }
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
     let read = match extension.as_deref() {
+        Some("gltf" | "glb") => gltf::read,
         Some("obj") => obj::read,
         _ => return Err(SceneError::UnknownFormat { path: path.into() }),
     };
