@@ -6,6 +6,7 @@ mod footprint;
 pub mod geometry;
 mod gltf;
 pub mod import;
+pub mod inspect;
 mod obj;
 pub mod optics;
 mod polygon;
@@ -16,6 +17,7 @@ use glam::DVec3;
 pub use builder::SceneBuilder;
 pub use geometry::{Geometry, Part, Side, Sides, Surface, TriangleId};
 pub use import::{ImportOptions, SceneError, SidesChoice, load};
+pub use inspect::inspect;
 pub use optics::{Material, Optics};
 pub use texture::{Texture, TextureError, TextureSampler, Wrap};
 
