@@ -287,3 +287,58 @@ fn set_sides(scene: &mut Scene, choice: SidesChoice) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn message(path: &Path) -> String {
+        load(path, &ImportOptions::default()).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn paths_that_are_no_models_are_clear_errors() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        fs::write(at("empty.obj"), "").unwrap();
+        fs::write(at("model.fbx"), "x").unwrap();
+        fs::write(at("bare"), "x").unwrap();
+        fs::create_dir(at("folder.obj")).unwrap();
+        assert!(message(&at("gone.obj")).contains("gone.obj: cannot be read"));
+        assert!(message(&at("empty.obj")).contains("empty.obj: is empty"));
+        assert!(message(&at("folder.obj")).contains("is a directory; name the model file"));
+        for name in ["model.fbx", "bare"] {
+            assert!(message(&at(name)).contains(".gltf, .glb or .obj"));
+        }
+        let error = load(&at("folder.obj"), &ImportOptions::default());
+        assert!(matches!(error, Err(SceneError::Directory { .. })));
+    }
+
+    #[test]
+    fn three_megabytes_of_noise_are_one_error() {
+        let mut state = 1_u64;
+        let noise: Vec<u8> = (0..3 << 20)
+            .map(|_| {
+                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+                (state >> 56) as u8
+            })
+            .collect();
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["noise.obj", "noise.gltf", "noise.glb"] {
+            let path = folder.path().join(name);
+            fs::write(&path, &noise).unwrap();
+            let message = message(&path);
+            assert!(message.contains(name) && message.len() < 500, "{message}");
+        }
+    }
+
+    #[test]
+    fn coordinates_out_of_range_are_errors() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("m.OBJ");
+        fs::write(&path, "v 1e20 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+        assert!(message(&path).contains("exceeds 1e15 metres"));
+        let small = ImportOptions { unit: 1e-10, ..ImportOptions::default() };
+        assert_eq!(load(&path, &small).unwrap().name, "m");
+    }
+}

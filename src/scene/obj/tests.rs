@@ -1,3 +1,7 @@
+use std::path::Path;
+
+use proptest::prelude::*;
+
 use super::*;
 use crate::scene::import::{ImportOptions, load};
 use crate::scene::texture::tests::png;
@@ -153,4 +157,45 @@ fn errors_name_the_line() {
 #[test]
 fn forward_references_are_allowed() {
     assert_eq!(obj(&format!("f 1 2 3\n{TRIANGLE}")).unwrap().geometry.len(), 1);
+}
+
+fn reads_without_panic(bytes: &[u8]) {
+    let mut builder = SceneBuilder::new("noise");
+    if read(&Source { path: Path::new("m.obj"), bytes }, &mut builder).is_ok() {
+        let _ = crate::scene::inspect(&builder.finish());
+    }
+    let _ = mtl::parse(&Source { path: Path::new("m.mtl"), bytes }, &mut HashMap::new());
+}
+
+proptest! {
+    #[test]
+    fn noise_never_panics(bytes in proptest::collection::vec(any::<u8>(), 0..400)) {
+        reads_without_panic(&bytes);
+    }
+
+    #[test]
+    fn statements_of_noise_never_panic(
+        lines in proptest::collection::vec(
+            "(v|vt|f|o|g|usemtl|mtllib|newmtl|Kd|Ke|d|Tr|map_Kd|l)( [-0-9./a-z#\\\\é]{0,6}){0,6}",
+            0..20,
+        ),
+    ) {
+        reads_without_panic(lines.join("\n").as_bytes());
+        reads_without_panic(format!("newmtl a\n{}", lines.join("\r\n")).as_bytes());
+    }
+
+    #[test]
+    fn faces_always_yield_n_minus_2_triangles(
+        points in proptest::collection::vec((-3_i8..4, -3_i8..4, -3_i8..4), 3..12),
+    ) {
+        let mut text = String::new();
+        for (x, y, z) in &points {
+            text += &format!("v {x} {y} {z}\n");
+        }
+        text += "f";
+        for i in 1..=points.len() {
+            text += &format!(" {i}");
+        }
+        prop_assert_eq!(obj(&text).unwrap().geometry.len(), points.len() - 2);
+    }
 }
