@@ -2,16 +2,24 @@
 
 mod builder;
 pub mod builtin;
+mod footprint;
 pub mod geometry;
+mod gltf;
+pub mod import;
+pub mod inspect;
+mod obj;
 pub mod optics;
+mod polygon;
 pub mod texture;
 
 use glam::DVec3;
 
 pub use builder::SceneBuilder;
 pub use geometry::{Geometry, Part, Side, Sides, Surface, TriangleId};
+pub use import::{ImportOptions, SceneError, SidesChoice, load};
+pub use inspect::inspect;
 pub use optics::{Material, Optics};
-pub use texture::{Texture, Wrap};
+pub use texture::{Texture, TextureError, TextureSampler, Wrap};
 
 /// Three channels of a radiometric (or photometric) quantity or of a reflectance.
 pub type Rgb = DVec3;

@@ -3,9 +3,10 @@
 use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
+use rayon::prelude::*;
 
 use super::geometry::{Part, Sides, Surface};
-use super::optics::{Material, OPAQUE_ALPHA, Optics};
+use super::optics::{ASSUMED_TEXTURE, Material, OPAQUE_ALPHA, Optics};
 use super::texture::Texture;
 use super::{Camera, Finding, Lamp, Rgb, Scene, Severity};
 
@@ -116,21 +117,112 @@ impl SceneBuilder {
     /// The finished scene.
     #[must_use]
     pub fn finish(mut self) -> Scene {
+        self.average_textures();
         self.scene.geometry.flag_flaws();
-        let n = self.scene.geometry.len();
-        let optics = &mut self.scene.optics;
         if !self.has_uv {
-            optics.uv = Vec::new();
+            self.scene.optics.uv = Vec::new();
         }
-        optics.reflectance = Vec::with_capacity(n);
-        optics.emission = Vec::with_capacity(n);
-        for &m in &optics.material_of {
-            let m = &optics.materials[m as usize];
-            optics.reflectance.push(m.reflectance);
-            optics.emission.push(m.radiance * PI);
-        }
+        self.name_transparent();
         self.clamp_reflectances();
         self.scene
+    }
+
+    /// Reflectance and emission of every triangle: the material's, times the texture's mean over
+    /// the triangle's own footprint. One texture is decoded at a time.
+    fn average_textures(&mut self) {
+        let optics = &mut self.scene.optics;
+        let material = |m: &u32| &optics.materials[*m as usize];
+        optics.reflectance = optics.material_of.iter().map(|m| material(m).reflectance).collect();
+        optics.emission = optics.material_of.iter().map(|m| material(m).radiance * PI).collect();
+        let mut triangles_of = vec![Vec::new(); optics.materials.len()];
+        for (t, &m) in optics.material_of.iter().enumerate() {
+            if optics.materials[m as usize].is_textured() {
+                triangles_of[m as usize].push(t);
+            }
+        }
+        for index in 0..optics.textures.len() as u32 {
+            let materials = &self.scene.optics.materials;
+            let users: Vec<usize> = (0..materials.len())
+                .filter(|&m| materials[m].uses(index))
+                .flat_map(|m| triangles_of[m].iter().copied())
+                .collect();
+            if !users.is_empty() {
+                self.average_texture(index, &users);
+            }
+        }
+    }
+
+    fn average_texture(&mut self, index: u32, users: &[usize]) {
+        let (geometry, optics) = (&mut self.scene.geometry, &mut self.scene.optics);
+        let sampler = match optics.textures[index as usize].decode() {
+            Ok(sampler) => sampler,
+            Err(error) => {
+                self.scene.findings.push(Finding {
+                    severity: Severity::Warning,
+                    place: format!("texture {}", error.name),
+                    message: format!(
+                        "does not decode ({}); a mid-grey of {ASSUMED_TEXTURE} is assumed",
+                        error.problem
+                    ),
+                    remedy: "save it as PNG or JPEG".into(),
+                });
+                for &t in users {
+                    let material = &optics.materials[optics.material_of[t] as usize];
+                    if material.reflectance_texture == Some(index) {
+                        optics.reflectance[t] *= ASSUMED_TEXTURE;
+                    }
+                    if material.radiance_texture == Some(index) {
+                        optics.emission[t] *= ASSUMED_TEXTURE;
+                    }
+                }
+                optics.forget_texture(index);
+                return;
+            }
+        };
+        let share = sampler.texel_share(users.iter().map(|&t| optics.uv[t]));
+        let means: Vec<(Rgb, f64)> = users
+            .par_iter()
+            .map(|&t| {
+                let material = &optics.materials[optics.material_of[t] as usize];
+                // The cutoff is for texture times factor.
+                let cutoff = material.alpha_cutoff.map(|c| c / material.alpha);
+                sampler.mean_within(optics.uv[t], cutoff, share)
+            })
+            .collect();
+        for (&t, (mean, alpha)) in users.iter().zip(means) {
+            let material = &optics.materials[optics.material_of[t] as usize];
+            if material.reflectance_texture == Some(index) {
+                optics.reflectance[t] *= mean;
+            }
+            if material.radiance_texture == Some(index) {
+                optics.emission[t] *= mean;
+            }
+            if material.alpha_texture == Some(index) {
+                let factor = if material.alpha_cutoff.is_some() { 1.0 } else { material.alpha };
+                geometry.part[t] =
+                    if alpha * factor < OPAQUE_ALPHA { Part::Transparent } else { Part::Solid };
+            }
+        }
+    }
+
+    fn name_transparent(&mut self) {
+        let optics = &self.scene.optics;
+        let mut count = vec![0_usize; optics.materials.len()];
+        for (part, &m) in self.scene.geometry.part.iter().zip(&optics.material_of) {
+            count[m as usize] += usize::from(*part == Part::Transparent);
+        }
+        for (material, count) in optics.materials.iter().zip(count) {
+            if count > 0 {
+                self.scene.findings.push(Finding {
+                    severity: Severity::Note,
+                    place: format!("material {}", material.name),
+                    message: format!(
+                        "lets light through: {count} triangles are left out as if not there"
+                    ),
+                    remedy: "make it opaque (alpha of at least .5) if it should block light".into(),
+                });
+            }
+        }
     }
 
     fn clamp_reflectances(&mut self) {

@@ -21,12 +21,35 @@ pub struct Material {
     pub radiance_texture: Option<u32>,
     /// Whether the back emits too (glTF `doubleSided`); OBJ emits from the front alone.
     pub emits_both: bool,
-    /// Mean alpha, 0 for clear to 1 for opaque. Below [`OPAQUE_ALPHA`] light passes.
+    /// Mean alpha, 0 for clear to 1 for opaque, before the texture is multiplied in. Below
+    /// [`OPAQUE_ALPHA`] light passes.
     pub alpha: f64,
+    /// Index in [`Optics::textures`] of the image whose alpha channel multiplies `alpha`.
+    pub alpha_texture: Option<u32>,
+    /// Alpha at or above this counts as 1 and below it as 0, point by point (glTF `MASK`).
+    pub alpha_cutoff: Option<f64>,
 }
 
 /// Triangles whose alpha is below this let light through and are left out of visibility.
 pub const OPAQUE_ALPHA: f64 = 0.5;
+
+/// What stands in, in all channels, for a texture that is missing or does not decode.
+pub const ASSUMED_TEXTURE: f64 = 0.5;
+
+impl Material {
+    /// Whether any texture belongs to it.
+    #[must_use]
+    pub fn is_textured(&self) -> bool {
+        [self.reflectance_texture, self.radiance_texture, self.alpha_texture]
+            .iter()
+            .any(Option::is_some)
+    }
+
+    pub(super) fn uses(&self, texture: u32) -> bool {
+        [self.reflectance_texture, self.radiance_texture, self.alpha_texture]
+            .contains(&Some(texture))
+    }
+}
 
 impl Default for Material {
     /// White-grey paper: reflectance .5, no emission, opaque.
@@ -39,6 +62,8 @@ impl Default for Material {
             radiance_texture: None,
             emits_both: false,
             alpha: 1.0,
+            alpha_texture: None,
+            alpha_cutoff: None,
         }
     }
 }
@@ -85,5 +110,19 @@ impl Optics {
     #[must_use]
     pub fn emits(&self) -> bool {
         self.emission.iter().any(|e| e.max_element() > 0.0)
+    }
+
+    /// Lets [`ASSUMED_TEXTURE`] stand for a texture in every material, for good: the picture must
+    /// assume what the solution did.
+    pub(super) fn forget_texture(&mut self, texture: u32) {
+        for material in &mut self.materials {
+            if material.reflectance_texture.take_if(|t| *t == texture).is_some() {
+                material.reflectance *= ASSUMED_TEXTURE;
+            }
+            if material.radiance_texture.take_if(|t| *t == texture).is_some() {
+                material.radiance *= ASSUMED_TEXTURE;
+            }
+            material.alpha_texture.take_if(|t| *t == texture);
+        }
     }
 }

@@ -1,0 +1,107 @@
+//! glTF 2.0, as `.gltf` with external or embedded buffers, and as `.glb`.
+//!
+//! The `gltf` crate supplies the JSON schema. Nothing that the file says is trusted: indices,
+//! lengths and offsets are checked here, so that a broken file is an error with a place.
+
+mod accessor;
+mod container;
+mod material;
+mod mesh;
+mod node;
+#[cfg(test)]
+mod tests;
+mod uri;
+
+use gltf::json;
+
+use super::Severity;
+use super::builder::SceneBuilder;
+use super::import::{Place, SceneError, Source};
+
+/// An opened document: the JSON root and the bytes of its buffers.
+struct Document<'a> {
+    source: &'a Source<'a>,
+    root: json::Root,
+    /// `None` where the file names no data (as fallbacks of compressed views may).
+    buffers: Vec<Option<container::Bytes<'a>>>,
+}
+
+impl Document<'_> {
+    fn malformed(
+        &self,
+        element: impl Into<String>,
+        problem: impl Into<String>,
+        remedy: &str,
+    ) -> SceneError {
+        self.source.malformed(Place::Element(element.into()), problem, remedy)
+    }
+}
+
+/// What to do about a file whose parts do not fit together.
+const EXPORT_AGAIN: &str = "export the model again";
+
+/// Reads a glTF file and the buffers and images that it names.
+pub(super) fn read(source: &Source<'_>, builder: &mut SceneBuilder) -> Result<(), SceneError> {
+    let document = container::open(source)?;
+    check_required_extensions(&document)?;
+    node::add_scene(&document, builder)?;
+    if document.root.extensions_used.iter().any(|e| e == "EXT_mesh_gpu_instancing") {
+        builder.finding(
+            Severity::Warning,
+            "EXT_mesh_gpu_instancing",
+            "is not supported: of each group of instances only one is there",
+            "export the instances as nodes",
+        );
+    }
+    if !document.root.animations.is_empty() {
+        builder.finding(
+            Severity::Note,
+            "animations",
+            "are ignored: nodes stay where the file puts them",
+            "",
+        );
+    }
+    Ok(())
+}
+
+fn check_required_extensions(document: &Document<'_>) -> Result<(), SceneError> {
+    const READ: [&str; 4] = [
+        "KHR_lights_punctual",
+        "KHR_texture_transform",
+        "KHR_mesh_quantization",
+        "EXT_texture_webp",
+    ];
+    for extension in &document.root.extensions_required {
+        // Further properties of a material do not change its diffuse part.
+        if READ.contains(&extension.as_str()) || extension.starts_with("KHR_materials_") {
+            continue;
+        }
+        let remedy = match extension.as_str() {
+            "KHR_draco_mesh_compression" => {
+                "export without it (Blender: untick Compression in the glTF export dialog)"
+            }
+            "EXT_meshopt_compression" | "KHR_meshopt_compression" => {
+                "export without meshopt compression (gltfpack: leave out -c, -cc and -cz)"
+            }
+            "KHR_texture_basisu" | "MSFT_texture_dds" => {
+                "export the textures as PNG, JPEG or WebP (gltfpack: leave out -tc)"
+            }
+            "EXT_mesh_gpu_instancing" => "export the instances as nodes (gltfpack: leave out -mi)",
+            _ => "export without it",
+        };
+        return Err(SceneError::Extension {
+            path: document.source.path.into(),
+            extension: extension.clone(),
+            remedy: remedy.into(),
+        });
+    }
+    Ok(())
+}
+
+/// `node 3 (chair)`, or `node 3` if it has no name.
+fn label(kind: &str, index: usize, name: Option<&str>) -> String {
+    match name {
+        Some(name) if !name.is_empty() => format!("{kind} {index} ({name})"),
+        _ => format!("{kind} {index}"),
+    }
+}

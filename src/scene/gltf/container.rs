@@ -1,0 +1,164 @@
+//! From a file's bytes to its JSON and its buffers.
+
+use std::collections::HashMap;
+use std::ops::Deref;
+use std::sync::Arc;
+
+use gltf::json;
+
+use super::{Document, EXPORT_AGAIN, uri};
+use crate::scene::import::{Place, SceneError, Source};
+
+/// Bytes of a buffer: the binary chunk in place, or a file's.
+#[derive(Clone)]
+pub enum Bytes<'a> {
+    Chunk(&'a [u8]),
+    Loaded(Arc<[u8]>),
+}
+
+impl Deref for Bytes<'_> {
+    type Target = [u8];
+
+    fn deref(&self) -> &[u8] {
+        match self {
+            Self::Chunk(bytes) => bytes,
+            Self::Loaded(bytes) => bytes,
+        }
+    }
+}
+
+/// Opens a document and loads its buffers.
+pub fn open<'a>(source: &'a Source<'a>) -> Result<Document<'a>, SceneError> {
+    let (text, chunk) = split(source)?;
+    let text = text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text);
+    let root: json::Root = json::deserialize::from_slice(text).map_err(|error| {
+        source.malformed(Place::Element("JSON".into()), error.to_string(), remedy_for(text))
+    })?;
+    if !root.asset.version.starts_with("2.") {
+        return Err(source.malformed(
+            Place::Element("asset".into()),
+            format!("is glTF {}, not 2.0", root.asset.version),
+            "export the model as glTF 2.0",
+        ));
+    }
+    let buffers = buffers(source, &root, chunk)?;
+    Ok(Document { source, root, buffers })
+}
+
+fn remedy_for(text: &[u8]) -> &'static str {
+    if text.first().is_none_or(|&b| b != b'{' && !b.is_ascii_whitespace()) {
+        "is it a glTF file? Export the model again"
+    } else {
+        EXPORT_AGAIN
+    }
+}
+
+const MAGIC: &[u8] = b"glTF";
+
+/// The JSON and the binary chunk of a GLB file; all of a plain file is JSON.
+fn split<'a>(source: &Source<'a>) -> Result<(&'a [u8], Option<&'a [u8]>), SceneError> {
+    let bytes = source.bytes;
+    if !bytes.starts_with(MAGIC) {
+        return Ok((bytes, None));
+    }
+    let broken = |place: &str, problem: String| {
+        source.malformed(Place::Element(place.into()), problem, "copy or export the file again")
+    };
+    let word = |at: usize| {
+        bytes.get(at..at + 4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]) as usize)
+    };
+    let (Some(version), Some(length)) = (word(4), word(8)) else {
+        return Err(broken("GLB header", format!("the file ends after {} bytes", bytes.len())));
+    };
+    if version != 2 {
+        return Err(broken("GLB header", format!("is GLB version {version}, not 2")));
+    }
+    if length > bytes.len() {
+        return Err(broken(
+            "GLB header",
+            format!("the file is truncated: it has {} of {length} bytes", bytes.len()),
+        ));
+    }
+    let (mut json, mut binary) = (None, None);
+    let mut at = 12;
+    while at < length {
+        let place = format!("GLB chunk at byte {at}");
+        let end = word(at).and_then(|n| (at + 8).checked_add(n)).filter(|&end| end <= bytes.len());
+        let Some(end) = end else {
+            return Err(broken(&place, "goes beyond the end of the file".into()));
+        };
+        let data = &bytes[at + 8..end];
+        match &bytes[at + 4..at + 8] {
+            b"JSON" => json = json.or(Some(data)),
+            b"BIN\0" => binary = binary.or(Some(data)),
+            _ => {}
+        }
+        // Chunks are padded to four bytes; some writers forget to count the padding.
+        at = end.next_multiple_of(4);
+    }
+    match json {
+        Some(json) => Ok((json, binary)),
+        None => Err(broken("GLB", "has no JSON chunk".into())),
+    }
+}
+
+fn buffers<'a>(
+    source: &Source<'_>,
+    root: &json::Root,
+    chunk: Option<&'a [u8]>,
+) -> Result<Vec<Option<Bytes<'a>>>, SceneError> {
+    // Many buffers may name one file: it is loaded once.
+    let mut loaded: HashMap<&str, Arc<[u8]>> = HashMap::new();
+    let mut buffers = Vec::with_capacity(root.buffers.len());
+    for (i, buffer) in root.buffers.iter().enumerate() {
+        let place = || Place::Element(format!("buffer {i}"));
+        let bytes = match &buffer.uri {
+            None => chunk.filter(|_| i == 0).map(Bytes::Chunk),
+            Some(name) => {
+                let bytes = match loaded.get(name.as_str()) {
+                    Some(bytes) => bytes.clone(),
+                    None => uri::read(source, name).map_err(|problem| {
+                        source.malformed(place(), problem, "put the file beside the model")
+                    })?,
+                };
+                loaded.insert(name, bytes.clone());
+                Some(Bytes::Loaded(bytes))
+            }
+        };
+        if let Some(bytes) = &bytes
+            && (bytes.len() as u64) < buffer.byte_length.0
+        {
+            return Err(source.malformed(
+                place(),
+                format!("has {} of {} bytes", bytes.len(), buffer.byte_length.0),
+                "copy or export the file again",
+            ));
+        }
+        buffers.push(bytes);
+    }
+    Ok(buffers)
+}
+
+impl Document<'_> {
+    /// The bytes of a buffer view, and its stride.
+    pub fn view(&self, index: usize) -> Result<(&[u8], Option<usize>), SceneError> {
+        let fail =
+            |problem: String| self.malformed(format!("buffer view {index}"), problem, EXPORT_AGAIN);
+        let Some(view) = self.root.buffer_views.get(index) else {
+            return Err(fail("does not exist".into()));
+        };
+        let buffer = view.buffer.value();
+        let Some(Some(bytes)) = self.buffers.get(buffer) else {
+            return Err(fail(format!("its buffer {buffer} has no data")));
+        };
+        let range = || {
+            let start = usize::try_from(view.byte_offset.unwrap_or_default().0).ok()?;
+            let length = usize::try_from(view.byte_length.0).ok()?;
+            bytes.get(start..start.checked_add(length)?)
+        };
+        match range() {
+            Some(range) => Ok((range, view.byte_stride.map(|s| s.0).filter(|&s| s > 0))),
+            None => Err(fail(format!("goes beyond the {} bytes of its buffer", bytes.len()))),
+        }
+    }
+}

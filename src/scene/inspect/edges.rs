@@ -1,0 +1,165 @@
+//! Edges of the model after welding equal positions.
+
+use std::collections::HashMap;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::grid::{Bounds, Grid, Mixed};
+use crate::scene::geometry::{Geometry, TriangleId, position_key};
+
+/// An edge that is doubtful.
+#[derive(Debug, Clone, Copy)]
+pub struct Edge {
+    from: DVec3,
+    to: DVec3,
+    /// A triangle that has it.
+    pub triangle: TriangleId,
+    /// Its neighbour, or itself where there is none.
+    pub other: TriangleId,
+}
+
+/// Doubtful edges in the order of their triangles.
+pub struct Edges {
+    /// Edges of a single triangle.
+    pub boundary: Vec<Edge>,
+    /// Edges that their two triangles run along in the same direction: these face opposite ways.
+    pub turned: Vec<Edge>,
+}
+
+/// Vertices on the interior of another triangle's edge.
+pub struct TVertices {
+    /// How many.
+    pub count: usize,
+    /// Whether only part of the model was searched.
+    pub partial: bool,
+    /// A triangle that has the first of them as a corner.
+    pub first: TriangleId,
+    /// Where it is.
+    pub at: DVec3,
+}
+
+/// A vertex this close to an edge, as a fraction of its length, lies on it.
+const ON_EDGE: f64 = 1e-5;
+
+/// Rounding of `f32` coordinates, as a fraction of their size.
+const COORDINATE_NOISE: f64 = 2e-7;
+
+/// Boundary edges that are searched for T-vertices: a model with more is hardly connected at all.
+const MOST_SEARCHED: usize = 400_000;
+
+/// A directed use of an edge by a triangle.
+struct Use {
+    /// Welded vertices, the smaller in the upper half.
+    key: u64,
+    forward: bool,
+    triangle: TriangleId,
+}
+
+impl Edges {
+    /// Finds the doubtful edges of the solid triangles.
+    pub fn of(g: &Geometry) -> Self {
+        let (welded, positions) = weld(g);
+        let mut uses: Vec<Use> = g
+            .ids()
+            .filter(|&t| g.is_solid(t))
+            .flat_map(|triangle| {
+                let v = g.triangles[triangle.index()].map(|v| welded[v as usize]);
+                [[v[0], v[1]], [v[1], v[2]], [v[2], v[0]]].map(|[a, b]| Use {
+                    key: u64::from(a.min(b)) << 32 | u64::from(a.max(b)),
+                    forward: a < b,
+                    triangle,
+                })
+            })
+            .collect();
+        uses.par_sort_unstable_by_key(|u| (u.key, u.triangle));
+        let (mut boundary, mut turned) = (Vec::new(), Vec::new());
+        for shared in uses.chunk_by(|a, b| a.key == b.key) {
+            let position = |v: u64| positions[v as usize];
+            let edge = |other: TriangleId| Edge {
+                from: position(shared[0].key >> 32),
+                to: position(shared[0].key & 0xffff_ffff),
+                triangle: shared[0].triangle,
+                other,
+            };
+            match shared {
+                [one] => boundary.push(edge(one.triangle)),
+                [a, b] if a.forward == b.forward => turned.push(edge(b.triangle)),
+                _ => {}
+            }
+        }
+        boundary.par_sort_by_key(|e| e.triangle);
+        turned.par_sort_by_key(|e| e.triangle);
+        Self { boundary, turned }
+    }
+
+    /// The middle of an edge.
+    pub fn middle(&self, edge: &Edge) -> DVec3 {
+        edge.from.midpoint(edge.to)
+    }
+
+    /// Finds corners of the model that lie on another triangle's edge. Such an edge is a boundary
+    /// edge, as nothing shares the whole of it, and the vertex ends one itself.
+    pub fn t_vertices(&self, g: &Geometry) -> Option<TVertices> {
+        let (low, high) = g.bounds()?;
+        let noise = COORDINATE_NOISE * low.abs().max(high.abs()).max_element();
+        let boundary = &self.boundary[..self.boundary.len().min(MOST_SEARCHED)];
+        let tolerance = |e: &Edge| (ON_EDGE * (e.to - e.from).length()).max(noise);
+        let items: Vec<(u32, u64, Bounds<3>)> = boundary
+            .iter()
+            .enumerate()
+            .map(|(i, e)| {
+                let bounds = Bounds::of([e.from.to_array(), e.to.to_array()]);
+                (i as u32, 0, bounds.grown(tolerance(e)))
+            })
+            .collect();
+        let grid = Grid::new(&items);
+        let mut seen: HashMap<[u64; 3], (), Mixed> = HashMap::default();
+        let vertices: Vec<(DVec3, TriangleId)> = boundary
+            .iter()
+            .flat_map(|e| [(e.from, e.triangle), (e.to, e.triangle)])
+            .filter(|(at, _)| seen.insert(position_key(*at), ()).is_none())
+            .collect();
+        let on_an_edge = |at: DVec3| {
+            let mut found = false;
+            grid.meet(0, &Bounds::of([at.to_array()]), |i| {
+                let e = &boundary[i as usize];
+                found = lies_within(at, e, tolerance(e));
+                !found
+            });
+            found
+        };
+        let found: Vec<_> = vertices.into_par_iter().filter(|(at, _)| on_an_edge(*at)).collect();
+        let &(at, first) = found.first()?;
+        let partial = boundary.len() < self.boundary.len();
+        Some(TVertices { count: found.len(), partial, first, at })
+    }
+}
+
+/// Whether a point is on an edge and apart from both its ends.
+fn lies_within(p: DVec3, e: &Edge, tolerance: f64) -> bool {
+    let along = e.to - e.from;
+    let length = along.length();
+    let t = (p - e.from).dot(along) / length;
+    t > tolerance
+        && t < length - tolerance
+        && (p - e.from - along * (t / length)).length() <= tolerance
+}
+
+/// The first vertex at the position of each vertex, renumbered, and the positions.
+fn weld(g: &Geometry) -> (Vec<u32>, Vec<DVec3>) {
+    let mut positions = Vec::with_capacity(g.vertices.len());
+    let mut index: HashMap<[u64; 3], u32, Mixed> =
+        HashMap::with_capacity_and_hasher(g.vertices.len(), Mixed::default());
+    let welded = g
+        .vertices
+        .iter()
+        .map(|&v| {
+            *index.entry(position_key(v)).or_insert_with(|| {
+                positions.push(v);
+                (positions.len() - 1) as u32
+            })
+        })
+        .collect();
+    (welded, positions)
+}

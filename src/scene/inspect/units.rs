@@ -1,0 +1,85 @@
+//! The unit that a model was probably made in.
+
+use glam::DVec3;
+
+use crate::scene::geometry::Geometry;
+use crate::scene::{Finding, Severity};
+
+/// Largest plausible extent in metres of what one lights: a large building.
+const LARGE: f64 = 100.0;
+
+/// From here on millimetres are the most likely unit.
+const VERY_LARGE: f64 = 1000.0;
+
+/// Smallest plausible extent in metres.
+const SMALL: f64 = 0.1;
+
+/// Doubts about the scale of a model, from its bounds.
+pub fn doubt(g: &Geometry) -> Option<Finding> {
+    let (low, high) = g.bounds()?;
+    let size = high - low;
+    let longest = size.max_element();
+    let (message, remedy) = if longest >= VERY_LARGE {
+        ("millimetres?".to_owned(), format!("use --unit mm for {}", metres(size * 1e-3)))
+    } else if longest >= LARGE {
+        let remedy = format!(
+            "use --unit cm for {}, --unit mm for {}, --unit in for {}",
+            metres(size * 1e-2),
+            metres(size * 1e-3),
+            metres(size * 0.0254)
+        );
+        ("centimetres, millimetres or inches?".to_owned(), remedy)
+    } else if longest < SMALL {
+        ("is it in another unit?".to_owned(), "scale it when exporting, in metres".to_owned())
+    } else {
+        return None;
+    };
+    Some(Finding {
+        severity: Severity::Warning,
+        place: "model".into(),
+        message: format!("it measures {}: {message}", metres(size)),
+        remedy,
+    })
+}
+
+/// `5,200 x 2,700 x 3,100 m`.
+fn metres(size: DVec3) -> String {
+    let [x, y, z] = size.to_array().map(grouped);
+    format!("{x} x {y} x {z} m")
+}
+
+/// Three significant digits, thousands apart.
+fn grouped(v: f64) -> String {
+    if !v.is_finite() || v >= 1e12 {
+        return format!("{v:.2e}");
+    }
+    if v < 100.0 {
+        let places = if v <= 0.0 { 0 } else { (2 - v.log10().floor() as i32).clamp(0, 9) };
+        let text = format!("{v:.*}", places as usize);
+        return if text.contains('.') {
+            text.trim_end_matches('0').trim_end_matches('.').into()
+        } else {
+            text
+        };
+    }
+    let digits = format!("{v:.0}");
+    let mut out = String::new();
+    for (i, c) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            out.push(',');
+        }
+        out.push(c);
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_read_well() {
+        assert_eq!(metres(DVec3::new(5200.0, 2700.4, 3_100_000.0)), "5,200 x 2,700 x 3,100,000 m");
+        assert_eq!(metres(DVec3::new(5.2, 0.0, 0.001_234)), "5.2 x 0 x 0.00123 m");
+    }
+}

@@ -1,0 +1,168 @@
+//! Material libraries: what of them matters to diffuse light.
+
+use std::collections::HashMap;
+
+use glam::DVec2;
+
+use super::UvTransform;
+use super::lines::{Statement, number, statements};
+use crate::scene::Rgb;
+use crate::scene::import::{Place, SceneError, Source};
+
+/// A material of a library, as far as it is given.
+#[derive(Debug, Default, Clone, PartialEq)]
+pub struct MtlMaterial {
+    pub kd: Option<Rgb>,
+    pub ke: Option<Rgb>,
+    pub d: Option<f64>,
+    pub tr: Option<f64>,
+    pub map_kd: Option<Map>,
+    pub map_ke: Option<Map>,
+    /// Whether it has an opacity map.
+    pub map_d: bool,
+}
+
+/// A texture map.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Map {
+    pub file: String,
+    pub clamp: bool,
+    pub transform: UvTransform,
+}
+
+/// Texture coordinates as they are.
+pub const NO_TRANSFORM: UvTransform = UvTransform { scale: DVec2::ONE, offset: DVec2::ZERO };
+
+impl MtlMaterial {
+    /// Opacity. `d` wins, as exporters disagree about which way `Tr` counts.
+    pub fn alpha(&self) -> f64 {
+        self.d.or(self.tr.map(|tr| 1.0 - tr)).unwrap_or(1.0)
+    }
+}
+
+/// Adds the materials of a library.
+pub fn parse(
+    source: &Source<'_>,
+    library: &mut HashMap<String, MtlMaterial>,
+) -> Result<(), SceneError> {
+    let mut name: Option<String> = None;
+    statements(source.bytes, |s| {
+        if s.keyword == "newmtl" {
+            library.insert(s.rest.into(), MtlMaterial::default());
+            name = Some(s.rest.into());
+        } else if let Some(material) = name.as_ref().and_then(|n| library.get_mut(n)) {
+            property(source, &s, material)?;
+        }
+        Ok(())
+    })
+}
+
+fn property(
+    source: &Source<'_>,
+    s: &Statement<'_>,
+    material: &mut MtlMaterial,
+) -> Result<(), SceneError> {
+    match s.keyword.to_ascii_lowercase().as_str() {
+        "kd" => material.kd = Some(colour(source, s)?),
+        "ke" => material.ke = Some(colour(source, s)?),
+        "d" => {
+            let word = s.words().find(|w| *w != "-halo").unwrap_or_default();
+            material.d = Some(number(source, s.line, word)?);
+        }
+        "tr" => material.tr = Some(number(source, s.line, s.words().next().unwrap_or_default())?),
+        "map_kd" => material.map_kd = map(s.rest),
+        "map_ke" => material.map_ke = map(s.rest),
+        "map_d" => material.map_d = true,
+        _ => {}
+    }
+    Ok(())
+}
+
+/// Three numbers, or one for all channels.
+fn colour(source: &Source<'_>, s: &Statement<'_>) -> Result<Rgb, SceneError> {
+    let remedy = "give three numbers for red, green and blue";
+    let fail = |problem: String| source.malformed(Place::Line(s.line), problem, remedy);
+    let words: Vec<&str> = s.words().collect();
+    if let Some(&kind @ ("spectral" | "xyz")) = words.first() {
+        return Err(fail(format!("`{}` as {kind} cannot be read", s.keyword)));
+    }
+    let rgb = match words[..] {
+        [y] => Rgb::splat(number(source, s.line, y)?),
+        [r, g, b, ..] => Rgb::new(
+            number(source, s.line, r)?,
+            number(source, s.line, g)?,
+            number(source, s.line, b)?,
+        ),
+        _ => return Err(fail(format!("`{}` needs one or three numbers", s.keyword))),
+    };
+    if rgb.min_element() < 0.0 {
+        return Err(fail(format!("`{}` is negative", s.keyword)));
+    }
+    Ok(rgb)
+}
+
+/// Options, then a file name that may contain spaces.
+fn map(rest: &str) -> Option<Map> {
+    let mut map = Map { file: String::new(), clamp: false, transform: NO_TRANSFORM };
+    let mut rest = rest.trim();
+    while rest.starts_with('-') {
+        let option = take_word(&mut rest);
+        match option {
+            "-s" | "-o" | "-t" => {
+                let mut numbers = Vec::new();
+                // The file name comes last, even if it looks like a number.
+                while numbers.len() < 3 && rest.contains(char::is_whitespace) {
+                    let Ok(x) = rest.split_ascii_whitespace().next().unwrap_or_default().parse()
+                    else {
+                        break;
+                    };
+                    numbers.push(x);
+                    take_word(&mut rest);
+                }
+                let given = |default: f64| {
+                    let at = |i: usize| numbers.get(i).copied().filter(|x: &f64| x.is_finite());
+                    DVec2::new(at(0).unwrap_or(default), at(1).unwrap_or(default))
+                };
+                match option {
+                    "-s" => map.transform.scale = given(1.0),
+                    "-o" => map.transform.offset = given(0.0),
+                    _ => {}
+                }
+            }
+            "-clamp" => map.clamp = take_word(&mut rest) == "on",
+            "-mm" => {
+                take_word(&mut rest);
+                take_word(&mut rest);
+            }
+            "-blendu" | "-blendv" | "-cc" | "-bm" | "-boost" | "-texres" | "-imfchan" | "-type" => {
+                take_word(&mut rest);
+            }
+            _ => {}
+        }
+    }
+    map.file = rest.trim_matches('"').into();
+    (!map.file.is_empty()).then_some(map)
+}
+
+fn take_word<'a>(rest: &mut &'a str) -> &'a str {
+    let (word, after) = rest.split_once(char::is_whitespace).unwrap_or((rest, ""));
+    *rest = after.trim_start();
+    word
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn map_options_are_taken_off_the_file_name() {
+        let m = map("-blendu on -s 2 3 1 -o 0.5 -clamp on -mm 0 1 my wood.png").unwrap();
+        assert_eq!(m.file, "my wood.png");
+        assert!(m.clamp);
+        assert_eq!(m.transform.scale, DVec2::new(2.0, 3.0));
+        assert_eq!(m.transform.offset, DVec2::new(0.5, 0.0));
+        assert_eq!(map("-s 1 1 1 007").unwrap().file, "007");
+        assert_eq!(map("-s").map(|m| m.file), None);
+        assert_eq!(map(""), None);
+    }
+}

@@ -1,0 +1,180 @@
+//! The statements of an OBJ file, without any other file.
+
+use std::collections::HashMap;
+use std::ops::Range;
+
+use glam::{DVec2, DVec3};
+
+use super::lines::{Statement, number, shortened, statements, vector};
+use crate::scene::import::{Place, SceneError, Source};
+
+/// What an OBJ file says.
+#[derive(Default)]
+pub struct Obj {
+    pub positions: Vec<DVec3>,
+    pub uvs: Vec<DVec2>,
+    pub corners: Vec<Corner>,
+    pub faces: Vec<Face>,
+    /// Names of objects and groups that have faces.
+    pub surfaces: Vec<String>,
+    /// Names that `usemtl` asked for.
+    pub materials: Vec<String>,
+    /// The rest of each `mtllib` line, and its number.
+    pub libraries: Vec<(usize, String)>,
+    /// Points, lines, curves and patches that were left out, and the first one's line.
+    pub curves: usize,
+    pub first_curve: usize,
+}
+
+/// A corner of a face: indices from 0, not yet checked.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Corner {
+    pub position: u32,
+    pub uv: Option<u32>,
+}
+
+pub struct Face {
+    pub line: usize,
+    /// Range in [`Obj::corners`].
+    pub corners: Range<usize>,
+    pub surface: u32,
+    pub material: Option<u32>,
+}
+
+/// Where the parser stands.
+#[derive(Default)]
+struct State {
+    obj: Obj,
+    object: String,
+    group: String,
+    surface: Option<u32>,
+    surface_of_name: HashMap<String, u32>,
+    material: Option<u32>,
+    material_of_name: HashMap<String, u32>,
+}
+
+/// Parses an OBJ file. Indices may point forward; the caller checks them.
+pub fn parse(source: &Source<'_>) -> Result<Obj, SceneError> {
+    let mut state = State::default();
+    statements(source.bytes, |s| state.take(source, &s))?;
+    Ok(state.obj)
+}
+
+impl State {
+    fn take(&mut self, source: &Source<'_>, s: &Statement<'_>) -> Result<(), SceneError> {
+        match s.keyword {
+            // A weight or a colour may follow.
+            "v" => self.obj.positions.push(vector(source, s)?),
+            "vt" => self.texture_coordinate(source, s)?,
+            "f" | "fo" => self.face(source, s)?,
+            "o" => {
+                self.object = s.rest.into();
+                self.group.clear();
+                self.surface = None;
+            }
+            "g" => {
+                self.group = s.rest.into();
+                self.surface = None;
+            }
+            "usemtl" => {
+                self.material =
+                    Some(name_index(&mut self.material_of_name, &mut self.obj.materials, s.rest));
+            }
+            "mtllib" => self.obj.libraries.push((s.line, s.rest.into())),
+            "p" | "l" | "curv" | "curv2" | "surf" => self.left_out(s.line),
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn left_out(&mut self, line: usize) {
+        if self.obj.curves == 0 {
+            self.obj.first_curve = line;
+        }
+        self.obj.curves += 1;
+    }
+
+    fn texture_coordinate(
+        &mut self,
+        source: &Source<'_>,
+        s: &Statement<'_>,
+    ) -> Result<(), SceneError> {
+        let mut uv = DVec2::ZERO;
+        for (i, word) in s.words().take(2).enumerate() {
+            // Exporters write `nan` for coordinates that do not matter.
+            let x = word.parse::<f64>().ok().filter(|x| x.is_nan());
+            uv[i] = if x.is_some() { 0.0 } else { number(source, s.line, word)? };
+        }
+        self.obj.uvs.push(uv);
+        Ok(())
+    }
+
+    fn face(&mut self, source: &Source<'_>, s: &Statement<'_>) -> Result<(), SceneError> {
+        let start = self.obj.corners.len();
+        for word in s.words() {
+            let corner = self.corner(word).map_err(|problem| {
+                source.malformed(Place::Line(s.line), problem, "export the model again")
+            })?;
+            self.obj.corners.push(corner);
+        }
+        if self.obj.corners.len() - start < 3 {
+            self.obj.corners.truncate(start);
+            self.left_out(s.line);
+            return Ok(());
+        }
+        let surface = match self.surface {
+            Some(surface) => surface,
+            None => self.open_surface(),
+        };
+        self.obj.faces.push(Face {
+            line: s.line,
+            corners: start..self.obj.corners.len(),
+            surface,
+            material: self.material,
+        });
+        Ok(())
+    }
+
+    fn open_surface(&mut self) -> u32 {
+        let name = match (self.object.as_str(), self.group.as_str()) {
+            ("", "") => "default".to_owned(),
+            (object, "") => object.to_owned(),
+            ("", group) => group.to_owned(),
+            (object, group) if object == group => group.to_owned(),
+            (object, group) => format!("{object}/{group}"),
+        };
+        let surface = name_index(&mut self.surface_of_name, &mut self.obj.surfaces, &name);
+        self.surface = Some(surface);
+        surface
+    }
+
+    /// `7`, `7/1`, `7//3` or `7/1/3`; normals are not needed.
+    fn corner(&self, word: &str) -> Result<Corner, String> {
+        let mut parts = word.split('/');
+        let position = parts.next().unwrap_or_default();
+        let uv = parts.next().filter(|part| !part.is_empty());
+        let index = |part: &str, count: usize, what: &str| {
+            let fail = || format!("`{}` names no {what}", shortened(word));
+            let index = match part.parse::<i64>().map_err(|_| fail())? {
+                0 => return Err(format!("`{}`: {what} numbers begin at 1", shortened(word))),
+                i if i > 0 => i - 1,
+                i => count as i64 + i,
+            };
+            u32::try_from(index).map_err(|_| format!("{}: the file has {count} so far", fail()))
+        };
+        Ok(Corner {
+            position: index(position, self.obj.positions.len(), "vertex")?,
+            uv: uv.map(|uv| index(uv, self.obj.uvs.len(), "texture coordinate")).transpose()?,
+        })
+    }
+}
+
+fn name_index(indices: &mut HashMap<String, u32>, names: &mut Vec<String>, name: &str) -> u32 {
+    if let Some(&index) = indices.get(name) {
+        return index;
+    }
+    let index = names.len() as u32;
+    names.push(name.into());
+    indices.insert(name.into(), index);
+    index
+}

@@ -1,0 +1,201 @@
+use std::path::Path;
+
+use proptest::prelude::*;
+
+use super::*;
+use crate::scene::import::{ImportOptions, load};
+use crate::scene::texture::tests::png;
+use crate::scene::{Part, Scene, Side, TriangleId};
+
+/// Writes files into a new folder and loads the first of them.
+fn load_files(files: &[(&str, &[u8])]) -> Result<Scene, SceneError> {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, bytes) in files {
+        fs::write(folder.path().join(name), bytes).unwrap();
+    }
+    load(&folder.path().join(files[0].0), &ImportOptions::default())
+}
+
+fn obj(text: &str) -> Result<Scene, SceneError> {
+    load_files(&[("m.obj", text.as_bytes())])
+}
+
+fn message(text: &str) -> String {
+    obj(text).unwrap_err().to_string()
+}
+
+const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+
+#[test]
+fn all_index_forms_negative_indices_and_blanks() {
+    let s = obj(&format!(
+        "\u{feff}# comment\r\n{TRIANGLE}v 1 1 0 0.5 0.5 0.5\r\nvt 0 0\nvt 1 0\nvt 0 1 0\nvn 0 0 1\n\
+         f 1 2 3\nf 1/1 2/2 3/3\nf 1//1 2//1 3//1\nf\t1/1/1  2/2/1\t3/3/1 \nf -4 -3 -2\n\
+         f 1 \\\r\n  2 \\\n 4 # end\n"
+    ))
+    .unwrap();
+    let triangles = &s.geometry.triangles;
+    assert_eq!(triangles.len(), 6);
+    assert!(triangles[..5].iter().all(|t| *t == [0, 1, 2]), "{triangles:?}");
+    assert_eq!(triangles[5], [0, 1, 3]);
+    assert_eq!(s.geometry.part[1], Part::Duplicate);
+    assert_eq!(s.optics.uv[1], [DVec2::ZERO, DVec2::X, DVec2::Y]);
+    assert!(s.geometry.sides.iter().all(|s| *s == Sides::Two));
+}
+
+#[test]
+fn polygons_become_n_minus_2_triangles() {
+    let s = obj("v 0 0 0\nv 4 0 0\nv 4 4 0\nv 2 1 0\nv 0 4 0\nf 1 2 3 4 5\nf 1 2 3 3\nf 2 2 2\n")
+        .unwrap();
+    assert_eq!(s.geometry.len(), 3 + 2 + 1);
+    let area: f64 = s.geometry.ids().take(3).map(|t| s.geometry.area(t)).sum();
+    assert!((area - 10.0).abs() < 1e-12, "{area}");
+    assert!(s.geometry.ids().take(3).all(|t| s.geometry.normal(t, Side::Front) == DVec3::Z));
+    assert_eq!(s.geometry.part[5], Part::Degenerate);
+}
+
+#[test]
+fn objects_and_groups_become_surfaces() {
+    let s = obj(&format!(
+        "{TRIANGLE}f 1 2 3\no chair\nf 1 2 3\ng leg\nf 1 2 3\ng back left\nf 1 2 3\ng leg\nf 1 2 3\n\
+         o empty\n"
+    ))
+    .unwrap();
+    let names: Vec<&str> = s.geometry.surfaces.iter().map(|s| s.name.as_str()).collect();
+    assert_eq!(names, ["default", "chair", "chair/leg", "chair/back left"]);
+    assert_eq!(s.geometry.surface_of, [0, 1, 2, 3, 2]);
+}
+
+#[test]
+fn materials_reflect_emit_and_let_through() {
+    let mtl = b"newmtl red\nKd .6 .1 .2 # comment\nKe 2 4 8\nnewmtl glass\nKd 1\nd 0.2\n\
+        newmtl film\nKd .5 .5 .5\nTr .9\nnewmtl solid\nKd .5 .5 .5\nd 1\nTr 1\n";
+    let text = format!(
+        "mtllib my stuff.mtl\n{TRIANGLE}usemtl red\nf 1 2 3\nusemtl glass\nf 1 3 2\n\
+         usemtl film\nf 1 2 3\nusemtl solid\nf 1 2 3\n"
+    );
+    let s = load_files(&[("m.obj", text.as_bytes()), ("my stuff.mtl", mtl)]).unwrap();
+    assert_eq!(s.optics.reflectance[0], Rgb::new(0.6, 0.1, 0.2));
+    let t = TriangleId(0);
+    let expected = Rgb::new(2.0, 4.0, 8.0) * std::f64::consts::PI;
+    assert_eq!(s.optics.emission(t, Side::Front), expected);
+    assert_eq!(s.optics.emission(t, Side::Back), Rgb::ZERO);
+    assert_eq!(
+        s.geometry.part,
+        [Part::Solid, Part::Transparent, Part::Transparent, Part::Duplicate]
+    );
+    assert!(s.findings.iter().any(|f| f.place == "material glass" && f.message.contains("light")));
+}
+
+#[test]
+fn several_libraries_on_one_line() {
+    let text = format!("mtllib a b.mtl c.mtl\n{TRIANGLE}usemtl x\nf 1 2 3\nusemtl y\nf 1 2 3\n");
+    let s = load_files(&[
+        ("m.obj", text.as_bytes()),
+        ("a b.mtl", b"newmtl x\nKd .1 .1 .1\n"),
+        ("c.mtl", b"newmtl y\nKd .2 .2 .2\n"),
+    ])
+    .unwrap();
+    assert_eq!(s.optics.reflectance, [Rgb::splat(0.1), Rgb::splat(0.2)]);
+}
+
+#[test]
+fn what_is_missing_is_assumed_and_said() {
+    let text = format!("mtllib no.mtl\n{TRIANGLE}f 1 2 3\nusemtl gone\nf 1 2 3\nl 1 2\np 1\n");
+    let s = obj(&text).unwrap();
+    assert_eq!(s.optics.reflectance, [Rgb::splat(0.5); 2]);
+    let said: Vec<String> =
+        s.findings.iter().map(|f| format!("{}: {}", f.place, f.message)).collect();
+    assert!(said[0].starts_with("line 1: material library no.mtl is missing"), "{said:?}");
+    assert!(said.iter().any(|m| m.starts_with("line 5: faces have no material")), "{said:?}");
+    assert!(said.iter().any(|m| m.starts_with("material gone: is not defined")), "{said:?}");
+    assert!(said.iter().any(|m| m.starts_with("line 8: 2 points, lines")), "{said:?}");
+}
+
+#[test]
+fn textures_multiply_over_the_footprint_with_v_upwards() {
+    let (red, green) = ([[255, 0, 0, 255]; 64], [[0, 255, 0, 255]; 64]);
+    let image_of_halves = [red, green].concat();
+    let image = png(8, 16, &image_of_halves);
+    let mtl = b"newmtl a\nKd .5 .5 .5\nmap_Kd -s 1 .5 1 a tex.png\nnewmtl b\nmap_Kd no.png\n\
+        newmtl c\nmap_Kd bad.png\n";
+    let text = format!(
+        "mtllib m.mtl\n{TRIANGLE}vt 0 0\nvt 1 0\nvt 0 1\nvt 0 nan\nusemtl a\nf 1/1 2/2 3/3\n\
+         usemtl b\nf 1/1 2/2 3/4\nusemtl c\nf 1/1 2/2 3/3\n"
+    );
+    let files: [(&str, &[u8]); 4] =
+        [("m.obj", text.as_bytes()), ("m.mtl", mtl), ("a tex.png", &image), ("bad.png", b"bad")];
+    let s = load_files(&files).unwrap();
+    // Scaled by a half in v, the triangle lies in the lower, green half.
+    assert!((s.optics.reflectance[0] - Rgb::new(0.0, 0.5, 0.0)).length() < 1e-9);
+    assert_eq!(s.optics.reflectance[1], Rgb::splat(0.5));
+    assert_eq!(s.optics.reflectance[2], Rgb::splat(0.5));
+    assert!(s.optics.materials[2].reflectance_texture.is_none());
+    assert!(s.findings.iter().any(|f| f.message.contains("no.png is missing")));
+    assert!(s.findings.iter().any(|f| f.place == "texture bad.png"));
+}
+
+#[test]
+fn errors_name_the_line() {
+    assert!(message("v 0 0 0\nv 0 nan 0\n").contains("line 2: `nan` is not a finite number"));
+    assert!(message("v 0 0\n").contains("line 1: `v` needs three numbers"));
+    assert!(message("v 1e999 0 0\n").contains("line 1"));
+    let out = message(&format!("{TRIANGLE}f 1 2 9\n"));
+    assert!(out.contains("line 4: vertex 9 does not exist: the file has 3"), "{out}");
+    assert!(message(&format!("{TRIANGLE}f 1 2 -4\n")).contains("line 4"));
+    assert!(message(&format!("{TRIANGLE}f 0 1 2\n")).contains("numbers begin at 1"));
+    assert!(message(&format!("{TRIANGLE}f 1/5 2/5 3/5\n")).contains("texture coordinate 5"));
+    assert!(message(&format!("{TRIANGLE}f 1 2 99999999999999999999\n")).contains("line 4"));
+    assert!(message(&format!("{TRIANGLE}f 1 2 5000000000\n")).contains("line 4"));
+    assert!(message(TRIANGLE).contains("no triangles"));
+    let text = format!("mtllib m.mtl\n{TRIANGLE}f 1 2 3\n");
+    let error = load_files(&[("m.obj", text.as_bytes()), ("m.mtl", b"newmtl a\n\nKd 1 x 1\n")]);
+    let error = error.unwrap_err().to_string();
+    assert!(error.contains("m.mtl: line 3: `x`"), "{error}");
+}
+
+#[test]
+fn forward_references_are_allowed() {
+    assert_eq!(obj(&format!("f 1 2 3\n{TRIANGLE}")).unwrap().geometry.len(), 1);
+}
+
+fn reads_without_panic(bytes: &[u8]) {
+    let mut builder = SceneBuilder::new("noise");
+    if read(&Source { path: Path::new("m.obj"), bytes }, &mut builder).is_ok() {
+        let _ = crate::scene::inspect(&builder.finish());
+    }
+    let _ = mtl::parse(&Source { path: Path::new("m.mtl"), bytes }, &mut HashMap::new());
+}
+
+proptest! {
+    #[test]
+    fn noise_never_panics(bytes in proptest::collection::vec(any::<u8>(), 0..400)) {
+        reads_without_panic(&bytes);
+    }
+
+    #[test]
+    fn statements_of_noise_never_panic(
+        lines in proptest::collection::vec(
+            "(v|vt|f|o|g|usemtl|mtllib|newmtl|Kd|Ke|d|Tr|map_Kd|l)( [-0-9./a-z#\\\\é]{0,6}){0,6}",
+            0..20,
+        ),
+    ) {
+        reads_without_panic(lines.join("\n").as_bytes());
+        reads_without_panic(format!("newmtl a\n{}", lines.join("\r\n")).as_bytes());
+    }
+
+    #[test]
+    fn faces_always_yield_n_minus_2_triangles(
+        points in proptest::collection::vec((-3_i8..4, -3_i8..4, -3_i8..4), 3..12),
+    ) {
+        let mut text = String::new();
+        for (x, y, z) in &points {
+            text += &format!("v {x} {y} {z}\n");
+        }
+        text += "f";
+        for i in 1..=points.len() {
+            text += &format!(" {i}");
+        }
+        prop_assert_eq!(obj(&text).unwrap().geometry.len(), points.len() - 2);
+    }
+}
