@@ -220,16 +220,16 @@ fn project_sources(engine: &Hemicube<'_>, own: TriangleId, s: &mut Scratch) {
         }
         let corners = engine.occluders.corners_in(&s.view, i);
         let mut known = false;
-        each_face!(F => if faces >> F & 1 == 1 {
-            if let Some(bounds) = engine.faces[F].bounds::<F>(&corners) {
-                if !std::mem::replace(&mut known, true) {
-                    let Some(edges) = Edges::new(corners) else { continue };
-                    s.edges[i] = edges;
-                }
-                let edges = &s.edges[i];
-                let item = 2 * i as u32 + u32::from(edges.back);
-                s.buffers[F].draw::<F>(&engine.faces[F], bounds, edges, item);
+        each_face!(F => if faces >> F & 1 == 1
+            && let Some(bounds) = engine.faces[F].bounds::<F>(&corners)
+        {
+            if !std::mem::replace(&mut known, true) {
+                let Some(edges) = Edges::new(corners) else { continue };
+                s.edges[i] = edges;
             }
+            let edges = &s.edges[i];
+            let item = 2 * i as u32 + u32::from(edges.back);
+            s.buffers[F].draw::<F>(&engine.faces[F], bounds, edges, item);
         });
     }
 }
@@ -247,10 +247,10 @@ fn project_patches(engine: &Hemicube<'_>, own: TriangleId, s: &mut Scratch) {
         let mut draw = |patch: [Vec3; 3], area: &PatchArea, item: u32| {
             let joined = patch.iter().fold(0, |c, p| c | code(p.x, p.y, p.z));
             let faces = faces_of(joined);
-            each_face!(F => if faces >> F & 1 == 1 {
-                if let Some(bounds) = engine.faces[F].bounds::<F>(&patch) {
-                    s.buffers[F].draw_patch::<F>(&engine.faces[F], bounds, &edges, area, item);
-                }
+            each_face!(F => if faces >> F & 1 == 1
+                && let Some(bounds) = engine.faces[F].bounds::<F>(&patch)
+            {
+                s.buffers[F].draw_patch::<F>(&engine.faces[F], bounds, &edges, area, item);
             });
         };
         if engine.patches.split_of(id, side) == Split::None {
@@ -336,7 +336,7 @@ fn count_patches(engine: &Hemicube<'_>, s: &mut Scratch) {
 fn count_sources(engine: &Hemicube<'_>, s: &mut Scratch) {
     each_face!(F => {
         let face = &engine.faces[F];
-        let table = &engine.weights[(F > 0) as usize];
+        let table = &engine.weights[usize::from(F != 0)];
         let buffer = std::mem::take(&mut s.buffers[F]);
         for (y, (items, weights)) in
             buffer.items().chunks(face.stride()).zip(table.chunks(face.stride())).enumerate()
