@@ -12,11 +12,14 @@
 mod item_buffer;
 mod occluders;
 mod simd;
+mod surroundings;
 
+pub(crate) use item_buffer::each_face;
 pub use item_buffer::{Edges, Face, ItemBuffer, PatchArea};
 pub use occluders::{Frame, Occluders, View};
 pub(crate) use occluders::{code, faces_of};
 pub(crate) use simd::{LANES, multiversion};
+pub use surroundings::{Glimpse, Surroundings, looks_inside_out, share};
 
 /// What an item buffer holds where nothing was drawn.
 pub const NOTHING: u32 = u32::MAX;

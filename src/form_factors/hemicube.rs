@@ -23,8 +23,8 @@ use super::rows::{Engine, EngineError, Row, Weights};
 use crate::patches::{PatchId, Patches, Split};
 use crate::scene::{Geometry, Side, TriangleId};
 use crate::visibility::{
-    Edges, Face, Frame, ItemBuffer, LANES, NOTHING, Occluders, PatchArea, View, code, faces_of,
-    multiversion,
+    Edges, Face, Frame, ItemBuffer, LANES, NOTHING, Occluders, PatchArea, View, code, each_face,
+    faces_of, multiversion,
 };
 
 /// What is projected on the faces.
@@ -180,32 +180,6 @@ fn make_row_kernel(engine: &Hemicube<'_>, id: PatchId, scratch: &mut Scratch, ro
         }
     }
     scratch.write(row);
-}
-
-/// Calls a function with each of the five faces as its constant.
-macro_rules! each_face {
-    ($f:ident => $body:expr) => {{
-        {
-            const $f: usize = 0;
-            $body
-        }
-        {
-            const $f: usize = 1;
-            $body
-        }
-        {
-            const $f: usize = 2;
-            $body
-        }
-        {
-            const $f: usize = 3;
-            $body
-        }
-        {
-            const $f: usize = 4;
-            $body
-        }
-    }};
 }
 
 /// Projects every source triangle but the patch's own on the faces; items are twice the number of
