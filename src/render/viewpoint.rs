@@ -1,8 +1,10 @@
 //! A point of view for a scene that has none.
 
+use std::collections::HashSet;
+
 use glam::DVec3;
 
-use crate::scene::{Camera, Scene};
+use crate::scene::{Camera, Geometry, Scene};
 use crate::visibility::{Occluders, Surroundings, share};
 
 /// A camera that was chosen, and what it finds around it.
@@ -43,12 +45,19 @@ pub fn viewpoint(scene: &Scene) -> Option<Viewpoint> {
         let floor = centre - up * (0.5 * height);
         let middle = if ROOM_HEIGHTS.contains(&height) { floor + up * EYE_HEIGHT } else { centre };
         let around = Surroundings::of(&occluders, middle, up, None);
-        let radius = 0.5 * (high - low).length();
+        let room = Room {
+            geometry: &scene.geometry,
+            occluders: &occluders,
+            around: &around,
+            middle,
+            centre,
+            up,
+            half: 0.5 * (high - low),
+        };
         (0..DIRECTIONS)
             .map(|k| {
-                let angle = (k as f64 + 0.5) / DIRECTIONS as f64 * std::f64::consts::TAU;
-                let forward = east * angle.cos() + north * angle.sin();
-                room_view(&occluders, &around, middle, forward, up, radius)
+                let angle = k as f64 / DIRECTIONS as f64 * std::f64::consts::TAU;
+                room.view(east * angle.cos() + north * angle.sin())
             })
             .max_by(|a, b| a.0.total_cmp(&b.0))?
             .1
@@ -75,35 +84,58 @@ fn camera(up: DVec3) -> Camera {
     }
 }
 
-/// A view through the middle of a room, and how much it shows: from as far back as the room
-/// allows, or from before its open side.
-fn room_view(
-    occluders: &Occluders,
-    around: &Surroundings,
+/// A room that is looked at from within, or through its open side.
+struct Room<'a> {
+    geometry: &'a Geometry,
+    occluders: &'a Occluders,
+    /// What is seen from the middle.
+    around: &'a Surroundings,
+    /// At eye height.
     middle: DVec3,
-    forward: DVec3,
+    centre: DVec3,
     up: DVec3,
-    radius: f64,
-) -> (f64, Camera) {
-    let behind = around.distance(-forward);
-    let (back, vfov) = if behind.is_finite() {
-        (0.9 * behind.min(radius), 60_f64.to_radians())
-    } else {
-        (2.4 * radius, 40_f64.to_radians())
-    };
-    let eye = middle - forward * back;
-    let seen = Surroundings::of(occluders, eye, up, None);
-    // How much surface a view shows: far things count more than near ones, emptiness nothing.
-    let mut score = 0.0;
-    for g in seen.glimpses() {
-        let ahead = g.direction.dot(forward);
-        let high = g.direction.dot(up).atan2(ahead).abs();
-        let wide = g.direction.dot(forward.cross(up)).atan2(ahead).abs();
-        if ahead > 0.0 && high < 0.5 * vfov && wide < 0.6 * vfov {
-            score += g.solid_angle * g.hit.map_or(0.0, |h| h.2.min(4.0 * radius).sqrt());
-        }
-    }
-    // Of the narrow view from outside, the same share of the picture counts the same.
-    let frame = 1.2 * vfov * vfov;
-    (score / frame, Camera { eye, forward, vfov, ..camera(up) })
+    /// Half the extent of the scene along each axis.
+    half: DVec3,
 }
+
+impl Room<'_> {
+    /// A view through the middle, and how much area of the room it shows: from as far back as the room allows, or
+    /// from before its open side.
+    fn view(&self, forward: DVec3) -> (f64, Camera) {
+        let behind = self.around.distance(-forward);
+        let extent = |axis: DVec3| self.half.dot(axis.abs());
+        let (from, back, vfov) = if behind.is_finite() {
+            (self.middle, 0.9 * behind.min(self.half.length()), 60_f64.to_radians())
+        } else {
+            let vfov = 40_f64.to_radians();
+            let across = extent(forward.cross(self.up)) / ASPECT;
+            let fit = 1.05 * across.max(extent(self.up)) / (0.5 * vfov).tan();
+            (self.centre, extent(forward) + fit, vfov)
+        };
+        let eye = from - forward * back;
+        let inner: HashSet<_> =
+            self.around.glimpses().iter().filter_map(|g| g.hit.map(|h| (h.0, h.1))).collect();
+        let seen = Surroundings::of(self.occluders, eye, self.up, None);
+        let right = forward.cross(self.up);
+        let edge = (0.5 * vfov).tan();
+        let mut shown = 0.0;
+        for g in seen.glimpses() {
+            let ahead = g.direction.dot(forward);
+            let high = (g.direction.dot(self.up) / ahead).abs();
+            let wide = (g.direction.dot(right) / ahead).abs();
+            if ahead > 0.0
+                && high < edge
+                && wide < ASPECT * edge
+                && let Some((triangle, side, distance)) = g.hit
+                && inner.contains(&(triangle, side))
+            {
+                let cosine = g.direction.dot(self.geometry.normal(triangle, side)).abs().max(0.1);
+                shown += g.solid_angle * distance * distance / cosine;
+            }
+        }
+        (shown, Camera { eye, forward, vfov, ..camera(self.up) })
+    }
+}
+
+/// Width over height that the view is chosen for.
+const ASPECT: f64 = 4.0 / 3.0;
