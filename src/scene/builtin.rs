@@ -6,6 +6,7 @@ mod furniture;
 pub mod mesh;
 mod paper;
 mod room;
+mod solids;
 mod stage;
 
 use super::Scene;
