@@ -16,4 +16,4 @@ mod stored;
 pub use hemicube::{Draw, Hemicube, HemicubeError, HemicubeOptions};
 pub use lit::assemble_lit;
 pub use rows::{Engine, EngineError, Row, RowSink, SinkError, Weights};
-pub use stored::{AssembleError, ENTRY_BYTES, FormFactors, RowAccount, assemble};
+pub use stored::{AssembleError, BLOCK, ENTRY_BYTES, FormFactors, RowAccount, assemble};
