@@ -11,11 +11,13 @@
 
 mod item_buffer;
 mod occluders;
+mod segments;
 mod simd;
 
 pub use item_buffer::{Edges, Face, ItemBuffer, PatchArea};
 pub use occluders::{Frame, Occluders, View};
 pub(crate) use occluders::{code, faces_of};
+pub use segments::{Blockers, ROUNDING, Sight};
 pub(crate) use simd::{LANES, multiversion};
 
 /// What an item buffer holds where nothing was drawn.
