@@ -3,6 +3,8 @@
 //! The CSV has columns x, y, z, nx, ny, nz, covered, E_r, E_g, E_b. Prints the RMS and the worst of
 //! the relative error of luminance over uncovered points brighter than 1 % of the mean.
 
+#![allow(clippy::print_stdout)]
+
 use std::error::Error;
 use std::path::Path;
 
@@ -11,7 +13,7 @@ use hemicube::form_factors::HemicubeOptions;
 use hemicube::patches::SurfacePoint;
 use hemicube::progress::Silent;
 use hemicube::scene::{Geometry, ImportOptions, Side, load, luminance};
-use hemicube::solution::{LightOptions, light};
+use hemicube::solution::{EngineOptions, LightOptions, light};
 use hemicube::solve::SolveOptions;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -25,7 +27,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     let options = LightOptions {
         patch_size,
         adaptive: None,
-        hemicube: HemicubeOptions { resolution, ..HemicubeOptions::default() },
+        engine: EngineOptions::Hemicube(HemicubeOptions {
+            resolution,
+            ..HemicubeOptions::default()
+        }),
         solve: SolveOptions::default(),
         memory: 8 << 30,
     };
