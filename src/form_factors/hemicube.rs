@@ -13,6 +13,7 @@
 //! - A pixel on a part of a patch that something standing on it parts from the patch's centre counts
 //!   for the neighbour that the part belongs to ([`Patches::at`]).
 //! - The patch's own source triangle is left out by its id, never by depth.
+//! - Backs that do not reflect lose against all that is nearly as near: a closed body shows none.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -217,7 +218,8 @@ fn project_sources(engine: &Hemicube<'_>, own: TriangleId, s: &mut Scratch) {
         {
             if !std::mem::replace(&mut known, true) {
                 let Some(edges) = Edges::new(corners) else { continue };
-                s.edges[i] = edges;
+                let absorbs = edges.back && engine.patches.split_of(id, Side::Back) == Split::None;
+                s.edges[i] = if absorbs { edges.receded() } else { edges };
             }
             let edges = &s.edges[i];
             let item = 2 * i as u32 + u32::from(edges.back);
@@ -236,8 +238,10 @@ fn project_patches(engine: &Hemicube<'_>, own: TriangleId, s: &mut Scratch) {
         }
         let corners = engine.occluders.corners_in(&s.view, i);
         let Some(edges) = Edges::new(corners) else { continue };
-        s.edges[id.index()] = edges;
         let side = if edges.back { Side::Back } else { Side::Front };
+        let absorbs = engine.patches.split_of(id, side) == Split::None;
+        let edges = if absorbs { edges.receded() } else { edges };
+        s.edges[id.index()] = edges;
         let mut draw = |patch: [Vec3; 3], area: &PatchArea, item: u32| {
             let joined = patch.iter().fold(0, |c, p| c | code(p.x, p.y, p.z));
             let faces = faces_of(joined);
@@ -247,7 +251,7 @@ fn project_patches(engine: &Hemicube<'_>, own: TriangleId, s: &mut Scratch) {
                 s.buffers[F].draw_patch::<F>(&engine.faces[F], bounds, &edges, area, item);
             });
         };
-        if engine.patches.split_of(id, side) == Split::None {
+        if absorbs {
             let whole = PatchArea { strips: 1.0, strip: [0.0; 3], inverted: false };
             draw(corners, &whole, BACK);
         }
