@@ -308,6 +308,12 @@ impl Patches {
         self.cuts.on_side(side)
     }
 
+    /// Whether something parts this patch.
+    #[inline(always)]
+    pub(crate) fn is_cut(&self, id: PatchId) -> bool {
+        self.cuts.is_cut(id)
+    }
+
     /// The patch that a point in the cell of patch `id` belongs to, by its barycentric coordinates.
     pub(crate) fn owner(&self, id: PatchId, l: DVec3) -> PatchId {
         self.cuts.owner(id, || self.cell(id).local(l), DVec2::new(l.y, l.z))

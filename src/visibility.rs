@@ -16,7 +16,7 @@ mod segments;
 mod simd;
 mod surroundings;
 
-pub use covered::{COVERED, uncover};
+pub use covered::{COVERED, covered_triangles, uncover};
 pub(crate) use item_buffer::each_face;
 pub use item_buffer::{Edges, Face, ItemBuffer, PatchArea};
 pub use occluders::{Frame, Occluders, View};

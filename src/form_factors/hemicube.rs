@@ -413,6 +413,9 @@ fn count_run<const F: usize>(
                 let (from, to) = (run.start.max(start), run.end.min(start + LANES));
                 if engine.finest.has_cuts(side) {
                     for l in from - start..to - start {
+                        if !engine.finest.is_cut(PatchId(first + ids[l])) {
+                            continue;
+                        }
                         let f = [e0[0] * xs[l] + c0, e1[0] * xs[l] + c1, e2[0] * xs[l] + c2];
                         ids[l] = owner(engine, first + ids[l], f) - first;
                     }

@@ -66,6 +66,12 @@ impl Cuts {
         self.sides[side]
     }
 
+    /// Whether a line passes through a patch.
+    #[inline(always)]
+    pub fn is_cut(&self, id: PatchId) -> bool {
+        self.index.get(id.index()).is_some_and(|&k| k != NONE)
+    }
+
     /// The patch that a point in the cell of patch `id` belongs to; `local` are its barycentric
     /// coordinates within the cell, `uv` those on the source triangle.
     #[inline]
