@@ -9,11 +9,15 @@
 
 pub mod delta;
 pub mod hemicube;
+#[cfg(feature = "gpu")]
+pub mod hemicube_gpu;
 mod lit;
 mod rows;
 mod stored;
 
 pub use hemicube::{Draw, Hemicube, HemicubeError, HemicubeOptions};
+#[cfg(feature = "gpu")]
+pub use hemicube_gpu::{AdapterReport, Gpu, GpuError, HemicubeGpu};
 pub use lit::assemble_lit;
 pub use rows::{Engine, EngineError, Row, RowSink, SinkError, Weights};
 pub use stored::{AssembleError, ENTRY_BYTES, FormFactors, RowAccount, assemble};

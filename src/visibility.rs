@@ -13,6 +13,8 @@ mod item_buffer;
 mod occluders;
 mod simd;
 
+#[cfg(feature = "gpu")]
+pub(crate) use item_buffer::turn;
 pub use item_buffer::{Edges, Face, ItemBuffer, PatchArea};
 pub use occluders::{Frame, Occluders, View};
 pub(crate) use occluders::{code, faces_of};
