@@ -59,5 +59,6 @@ fn main() -> Result<(), Box<dyn Error>> {
         ids.len() as f64 / seconds,
         count.0 as f64 / ids.len() as f64
     );
+    println!("{:?}", engine.seconds());
     Ok(())
 }

@@ -17,7 +17,7 @@ mod stored;
 
 pub use hemicube::{Draw, Hemicube, HemicubeError, HemicubeOptions};
 #[cfg(feature = "gpu")]
-pub use hemicube_gpu::{AdapterReport, Gpu, GpuError, HemicubeGpu};
+pub use hemicube_gpu::{AdapterReport, Gpu, GpuError, GpuSeconds, HemicubeGpu};
 pub use lit::assemble_lit;
 pub use rows::{Engine, EngineError, Row, RowSink, SinkError, Weights};
 pub use stored::{AssembleError, ENTRY_BYTES, FormFactors, RowAccount, assemble};

@@ -55,6 +55,14 @@ fn fill(engine: &mut dyn Engine, ids: &[PatchId]) -> Vec<Row> {
     rows
 }
 
+fn fixed(row: &Row) -> &[u32] {
+    match &row.weights {
+        Weights::Fixed(w) => w,
+        #[allow(unreachable_patterns)]
+        _ => panic!("hemicubes count in fixed point"),
+    }
+}
+
 /// Half the sum of all differences, account included.
 fn variation(n: usize, a: &Row, b: &Row) -> f64 {
     let mut difference = vec![0.0; n];
@@ -102,8 +110,7 @@ fn rows_of_closed_boxes_sum_to_exactly_one() {
             for resolution in [16, 50, 128] {
                 let rows = on_gpu(gpu, &g, &p, options(resolution, draw), &ids);
                 for (id, row) in ids.iter().zip(&rows) {
-                    let Weights::Fixed(w) = &row.weights;
-                    let sum = w.iter().map(|&w| u64::from(w)).sum::<u64>();
+                    let sum = fixed(row).iter().map(|&w| u64::from(w)).sum::<u64>();
                     assert_eq!(sum, u64::from(ONE), "{size} {draw:?} {resolution} {id:?}");
                     assert!(row.columns.windows(2).all(|c| c[0] < c[1]));
                     assert_eq!([row.environment, row.back, row.lost], [0.0; 3]);
@@ -116,12 +123,12 @@ fn rows_of_closed_boxes_sum_to_exactly_one() {
 #[test]
 fn rows_agree_with_those_of_the_cpu() {
     let Some(gpu) = gpu() else { return };
-    for (name, size, rows) in
-        [("cornell-box", 0.1, 200), ("furnace", 0.02, 100), ("room", 0.05, 150)]
-    {
+    for scene in builtin::list() {
+        let name = scene.name;
         let scene = builtin::build(name).unwrap();
-        let (g, p) = (&scene.geometry, Patches::uniform(&scene.geometry, size).unwrap());
-        let ids: Vec<PatchId> = p.ids().step_by(p.len().div_ceil(rows)).collect();
+        let g = &scene.geometry;
+        let p = Patches::uniform(g, Patches::area_adding(g, 1000)).unwrap();
+        let ids: Vec<PatchId> = p.ids().step_by(p.len().div_ceil(150)).collect();
         for draw in DRAWS {
             let o = options(128, draw);
             let (a, b) = (on_gpu(gpu, g, &p, o, &ids), on_cpu(g, &p, o, &ids));
@@ -227,8 +234,7 @@ fn the_same_item_buffer_gives_the_same_row() {
                 let counted = count(g, &p, id, &items, n);
                 let row = fill(&mut engine, &[id]).remove(0);
                 let mut made = vec![0; p.len() + 2];
-                let Weights::Fixed(weights) = &row.weights;
-                for (&j, &w) in row.columns.iter().zip(weights) {
+                for (&j, &w) in row.columns.iter().zip(fixed(&row)) {
                     made[j as usize] = w;
                 }
                 let share = |x: f64| (x * f64::from(ONE)).round() as u32;

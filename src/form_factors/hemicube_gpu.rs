@@ -37,14 +37,17 @@ mod plan;
 use std::collections::VecDeque;
 use std::ops::Range;
 use std::sync::mpsc::{Receiver, channel};
+use std::time::Instant;
 
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
+use serde::Serialize;
 use wgpu::BufferUsages as Usage;
 
 pub use device::{AdapterReport, Gpu, GpuError};
 
+use self::device::PATIENCE;
 use self::mesh::{Mesh, Source};
 use self::plan::{Plan, SLOTS};
 use super::delta::{DeltaFormFactors, ONE};
@@ -91,6 +94,19 @@ pub struct HemicubeGpu<'a> {
     slots: [Slot; SLOTS],
     /// Entries a row that are read at once; a batch that has more is read in two parts.
     expected: u64,
+    seconds: GpuSeconds,
+}
+
+/// What the host did while rows were made, in wall-clock seconds: if it waited, the device sets the
+/// pace.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct GpuSeconds {
+    /// Telling the device what to do.
+    pub encoding: f64,
+    /// Waiting for the device.
+    pub waiting: f64,
+    /// Moving what it made into rows.
+    pub reading: f64,
 }
 
 /// Where one hemicube is drawn. Every one has a layer of its own: in another place of the same layer
@@ -111,6 +127,9 @@ struct Slot {
     compact_group: wgpu::BindGroup,
 }
 
+/// Tells when a buffer can be read.
+type Mapped = Receiver<Result<(), wgpu::BufferAsyncError>>;
+
 /// A batch under way.
 struct Batch {
     slot: usize,
@@ -119,7 +138,7 @@ struct Batch {
     /// Which patches are counted.
     window: Range<u32>,
     submission: wgpu::SubmissionIndex,
-    mapped: Receiver<Result<(), wgpu::BufferAsyncError>>,
+    mapped: Mapped,
     /// Entries read.
     copied: u64,
 }
@@ -252,6 +271,7 @@ impl<'a> HemicubeGpu<'a> {
             count_group,
             slots,
             expected: 1024,
+            seconds: GpuSeconds::default(),
         })
     }
 
@@ -259,6 +279,12 @@ impl<'a> HemicubeGpu<'a> {
     #[must_use]
     pub fn adapter(&self) -> &AdapterReport {
         self.gpu.adapter()
+    }
+
+    /// Where the host's time went, over all rows so far.
+    #[must_use]
+    pub fn seconds(&self) -> GpuSeconds {
+        self.seconds
     }
 
     /// The item buffer of one hemicube: lines of as many pixels as the resolution, first all of the
@@ -348,6 +374,7 @@ impl<'a> HemicubeGpu<'a> {
         rows: Range<usize>,
         window: Range<u32>,
     ) -> Result<Batch, GpuError> {
+        let clock = Instant::now();
         let n = self.resolution;
         let job = Job {
             resolution: n,
@@ -381,6 +408,7 @@ impl<'a> HemicubeGpu<'a> {
         encoder.copy_buffer_to_buffer(&at.summary, 0, &at.reading, 0, summary);
         encoder.copy_buffer_to_buffer(&at.entries, 0, &at.reading, summary, 8 * copied);
         let (submission, mapped) = self.submit(encoder, &at.reading, summary + 8 * copied)?;
+        self.seconds.encoding += clock.elapsed().as_secs_f64();
         Ok(Batch { slot, rows, window, submission, mapped, copied })
     }
 
@@ -431,14 +459,12 @@ impl<'a> HemicubeGpu<'a> {
     }
 
     /// Submits what was encoded and has `reading` mapped when it is done.
-    #[allow(clippy::type_complexity)]
     fn submit(
         &self,
         encoder: wgpu::CommandEncoder,
         reading: &wgpu::Buffer,
         size: u64,
-    ) -> Result<(wgpu::SubmissionIndex, Receiver<Result<(), wgpu::BufferAsyncError>>), GpuError>
-    {
+    ) -> Result<(wgpu::SubmissionIndex, Mapped), GpuError> {
         let submission = self.gpu.queue().submit([encoder.finish()]);
         let (send, mapped) = channel();
         reading.map_async(wgpu::MapMode::Read, ..size, move |r| {
@@ -449,13 +475,10 @@ impl<'a> HemicubeGpu<'a> {
         Ok((submission, mapped))
     }
 
-    fn wait(
-        &self,
-        submission: wgpu::SubmissionIndex,
-        mapped: &Receiver<Result<(), wgpu::BufferAsyncError>>,
-    ) -> Result<(), GpuError> {
+    fn wait(&self, submission: wgpu::SubmissionIndex, mapped: &Mapped) -> Result<(), GpuError> {
         self.gpu.wait(submission)?;
-        match mapped.try_recv() {
+        // Another engine's thread on the same device may be about to pass the message on.
+        match mapped.recv_timeout(PATIENCE) {
             Ok(Ok(())) => Ok(()),
             Ok(Err(e)) => Err(GpuError::Failed(e.to_string())),
             Err(e) => Err(GpuError::Failed(e.to_string())),
@@ -464,7 +487,10 @@ impl<'a> HemicubeGpu<'a> {
 
     /// Waits for a batch and moves its rows into `out`.
     fn collect(&mut self, mut batch: Batch, out: &mut [Row]) -> Result<(), GpuError> {
+        let clock = Instant::now();
         self.wait(batch.submission.clone(), &batch.mapped)?;
+        self.seconds.waiting += clock.elapsed().as_secs_f64();
+        let clock = Instant::now();
         let count = batch.rows.len() as u64;
         let summary = summary_bytes(count as u32);
         let at = &self.slots[batch.slot];
@@ -489,6 +515,7 @@ impl<'a> HemicubeGpu<'a> {
         // A quarter more than was seen, so that rows of the same kind fit.
         self.expected = self.expected.max((total * 5 / 4).div_ceil(count));
         at.reading.unmap();
+        self.seconds.reading += clock.elapsed().as_secs_f64();
         Ok(())
     }
 }
@@ -583,7 +610,11 @@ fn summary_bytes(rows: u32) -> u64 {
 
 /// Adds a row's entries; `anew` begins it.
 fn write(row: &mut Row, anew: bool, entries: &[u32], environment: u32, back: u32) {
-    let Weights::Fixed(weights) = &mut row.weights;
+    let mut weights = match std::mem::replace(&mut row.weights, Weights::Fixed(Vec::new())) {
+        Weights::Fixed(weights) => weights,
+        #[allow(unreachable_patterns)]
+        _ => Vec::new(),
+    };
     if anew {
         row.columns.clear();
         weights.clear();
@@ -591,10 +622,10 @@ fn write(row: &mut Row, anew: bool, entries: &[u32], environment: u32, back: u32
         row.back = f64::from(back) / f64::from(ONE);
         row.lost = 0.0;
     }
-    for &[column, weight] in entries.as_chunks().0 {
-        row.columns.push(column);
-        weights.push(weight);
-    }
+    let (entries, _) = entries.as_chunks();
+    row.columns.extend(entries.iter().map(|&[column, _]| column));
+    weights.extend(entries.iter().map(|&[_, weight]| weight));
+    row.weights = Weights::Fixed(weights);
 }
 
 /// Reads the first bytes of a mapped buffer.
@@ -635,4 +666,27 @@ fn group<const N: usize>(
         layout,
         entries: &entries,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::builtin;
+
+    #[test]
+    fn a_lost_device_is_an_error_that_names_the_other_device() {
+        let Ok(gpu) = Gpu::open() else { return };
+        let g = builtin::build("furnace").unwrap().geometry;
+        let p = Patches::uniform(&g, 0.5).unwrap();
+        let mut engine = HemicubeGpu::on(&gpu, &g, &p, HemicubeOptions::default(), 0).unwrap();
+        let ids: Vec<PatchId> = p.ids().collect();
+        let mut rows = vec![Row::default(); ids.len()];
+        engine.fill(&ids, &mut rows).unwrap();
+        gpu.device().destroy();
+        for _ in 0..2 {
+            let error = engine.fill(&ids, &mut rows).unwrap_err().to_string();
+            assert!(error.contains("lost") && error.ends_with("use --device cpu"), "{error}");
+        }
+        assert!(HemicubeGpu::on(&gpu, &g, &p, HemicubeOptions::default(), 0).is_err());
+    }
 }

@@ -77,7 +77,13 @@ struct Inner {
 }
 
 /// A device that has not answered for so long is taken for lost.
-const PATIENCE: Duration = Duration::from_secs(300);
+pub(super) const PATIENCE: Duration = Duration::from_secs(300);
+
+/// What an adapter must be able to do; everything made for graphics in the last ten years is.
+const NEEDS: wgpu::DownlevelFlags = wgpu::DownlevelFlags::COMPUTE_SHADERS
+    .union(wgpu::DownlevelFlags::VERTEX_STORAGE)
+    .union(wgpu::DownlevelFlags::BASE_VERTEX)
+    .union(wgpu::DownlevelFlags::FULL_DRAW_INDEX_UINT32);
 
 impl Gpu {
     /// Opens the most able adapter: graphics cards before what is built into a processor, and that
@@ -93,10 +99,17 @@ impl Gpu {
         let adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY));
         let adapter = adapters
             .into_iter()
-            .filter(|a| a.get_downlevel_capabilities().is_webgpu_compliant())
+            .filter(|a| a.get_downlevel_capabilities().flags.contains(NEEDS))
             .min_by_key(|a| rank(a.get_info().device_type))
             .ok_or(GpuError::NoAdapter)?;
         let info = adapter.get_info();
+        // Sizes as large as there are; of the rest, what every adapter has.
+        let (has, common) = (adapter.limits(), wgpu::Limits::defaults());
+        let required_limits = wgpu::Limits {
+            max_buffer_size: has.max_buffer_size,
+            max_storage_buffer_binding_size: has.max_storage_buffer_binding_size,
+            ..common.or_worse_values_from(&has)
+        };
         let report = AdapterReport {
             name: info.name.clone(),
             backend: info.backend.to_str().to_owned(),
@@ -106,7 +119,7 @@ impl Gpu {
         let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
             label: Some("hemicube"),
             required_features: wgpu::Features::empty(),
-            required_limits: adapter.limits(),
+            required_limits,
             ..Default::default()
         }))
         .map_err(|e| GpuError::Refused { adapter: info.name, reason: e.to_string() })?;
@@ -161,12 +174,14 @@ impl Gpu {
         // wgpu panics here, and only here, when the driver reports a lost device.
         let polled = catch_unwind(AssertUnwindSafe(|| self.0.device.poll(poll)));
         self.check()?;
-        match polled {
-            Ok(Ok(_)) => Ok(()),
-            Ok(Err(wgpu::PollError::Timeout)) => Err(GpuError::Lost("it does not answer".into())),
-            Ok(Err(e)) => Err(GpuError::Failed(e.to_string())),
-            Err(_) => Err(GpuError::Lost("its driver gave it up".into())),
-        }
+        let lost = match polled {
+            Ok(Ok(_)) => return Ok(()),
+            Ok(Err(wgpu::PollError::Timeout)) => "it does not answer",
+            Ok(Err(wgpu::PollError::WrongSubmissionIndex(..))) => "it takes no more work",
+            Err(_) => "its driver gave it up",
+        };
+        note(&self.0.fault, GpuError::Lost(lost.into()));
+        self.check()
     }
 
     /// A buffer with the given contents, at least 256 bytes long.
@@ -205,8 +220,13 @@ fn rank(kind: wgpu::DeviceType) -> u8 {
     }
 }
 
+/// Keeps the first fault, but for the loss of the device, which explains others.
 fn note(fault: &Mutex<Option<GpuError>>, error: GpuError) {
-    fault.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+    let mut fault = fault.lock().unwrap_or_else(PoisonError::into_inner);
+    let lost = |e: &GpuError| matches!(e, GpuError::Lost(_));
+    if fault.as_ref().is_none_or(|first| lost(&error) && !lost(first)) {
+        *fault = Some(error);
+    }
 }
 
 fn from_wgpu(error: wgpu::Error) -> GpuError {
