@@ -101,7 +101,7 @@ pub struct HemicubeGpu<'a> {
 /// pace.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct GpuSeconds {
-    /// Telling the device what to do.
+    /// Telling the device what to do; one in software does part of it meanwhile.
     pub encoding: f64,
     /// Waiting for the device.
     pub waiting: f64,
