@@ -17,6 +17,7 @@ pub mod export;
 pub mod form_factors;
 pub mod patches;
 pub mod reconstruct;
+pub mod refine;
 pub mod render;
 pub mod report;
 pub mod solution;

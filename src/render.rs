@@ -2,6 +2,8 @@
 //!
 //! The picture is an item buffer too: what is seen is decided where form factors decide it.
 
+mod viewpoint;
+
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
 use std::sync::Mutex;
@@ -14,7 +16,9 @@ use thiserror::Error;
 use crate::patches::SurfacePoint;
 use crate::progress::Progress;
 use crate::reconstruct::Field;
-use crate::scene::{Camera, Rgb, Scene, Side, luminance};
+use crate::scene::{Camera, Rgb, Scene, Side, TextureSampler, luminance};
+pub use viewpoint::{Viewpoint, viewpoint};
+
 use crate::visibility::{Edges, Face, Frame, ItemBuffer, NOTHING, Occluders, View, multiversion};
 
 /// Size and quality of a picture.
@@ -81,17 +85,50 @@ pub struct Renderer<'a> {
 }
 
 /// Reflectance and emission at points, with textures decoded.
-struct Surfaces {}
+struct Surfaces {
+    textures: Vec<Option<TextureSampler>>,
+}
 
 impl Surfaces {
-    fn new(_scene: &Scene) -> Self {
-        Self {}
+    /// Textures that do not decode were named when the scene was read, and count as their mean.
+    fn new(scene: &Scene) -> Self {
+        let materials = &scene.optics.materials;
+        let used = |t: usize| {
+            let t = Some(t as u32);
+            materials.iter().any(|m| m.reflectance_texture == t || m.radiance_texture == t)
+        };
+        let textures = scene
+            .optics
+            .textures
+            .par_iter()
+            .enumerate()
+            .map(|(t, texture)| if used(t) { texture.decode().ok() } else { None })
+            .collect();
+        Self { textures }
     }
 
     /// Reflectance ρ(x) and emitted radiance L_e(x).
     fn at(&self, scene: &Scene, p: SurfacePoint) -> (Rgb, Rgb) {
-        let rho = scene.optics.reflectance[p.triangle.index()];
-        (rho, scene.optics.emission(p.triangle, p.side) / PI)
+        let optics = &scene.optics;
+        let material = optics.material(p.triangle);
+        let sample = |texture: Option<u32>| {
+            let sampler = self.textures.get(texture? as usize)?.as_ref()?;
+            let [a, b, c] = *optics.uv.get(p.triangle.index())?;
+            let l = p.barycentric();
+            Some(sampler.sample(a * l.x + b * l.y + c * l.z))
+        };
+        let rho = match sample(material.reflectance_texture) {
+            Some(texel) => {
+                (material.reflectance * texel).clamp(Rgb::ZERO, Rgb::splat(optics.max_reflectance))
+            }
+            None => optics.reflectance[p.triangle.index()],
+        };
+        let mean = optics.emission(p.triangle, p.side) / PI;
+        let emitted = match sample(material.radiance_texture) {
+            Some(texel) if mean != Rgb::ZERO => material.radiance * texel,
+            _ => mean,
+        };
+        (rho, emitted)
     }
 }
 

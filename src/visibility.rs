@@ -9,16 +9,23 @@
 //! behind the pinhole, and an edge shared by two triangles gives exactly opposite values on both, so
 //! that no pixel falls between them.
 
+mod covered;
 mod item_buffer;
 mod occluders;
+mod segments;
 mod simd;
+mod surroundings;
 
+pub use covered::{COVERED, uncover};
+pub(crate) use item_buffer::each_face;
 #[cfg(feature = "gpu")]
 pub(crate) use item_buffer::turn;
 pub use item_buffer::{Edges, Face, ItemBuffer, PatchArea};
 pub use occluders::{Frame, Occluders, View};
 pub(crate) use occluders::{code, faces_of};
+pub use segments::{Blockers, ROUNDING, Sight};
 pub(crate) use simd::{LANES, multiversion};
+pub use surroundings::{Glimpse, Surroundings, looks_inside_out, share};
 
 /// What an item buffer holds where nothing was drawn.
 pub const NOTHING: u32 = u32::MAX;

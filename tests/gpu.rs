@@ -4,7 +4,7 @@
 #![cfg(feature = "gpu")]
 #![allow(clippy::unwrap_used, clippy::panic, clippy::print_stderr)]
 
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use glam::{DVec2, DVec3};
 use hemicube::form_factors::delta::{DeltaFormFactors, ONE};
@@ -12,11 +12,11 @@ use hemicube::form_factors::hemicube_gpu::Item;
 use hemicube::form_factors::{
     Draw, Engine, Gpu, GpuError, Hemicube, HemicubeGpu, HemicubeOptions, Row, Weights,
 };
-use hemicube::patches::{PatchId, Patches, SurfacePoint};
+use hemicube::patches::{PatchId, Patches, SplitCells, SurfacePoint};
 use hemicube::scene::{
     Geometry, Material, SceneBuilder, Side, Sides, Surface, TriangleId, builtin,
 };
-use hemicube::visibility::Frame;
+use hemicube::visibility::{Frame, uncover};
 
 const MEMORY: u64 = 256 << 20;
 
@@ -58,8 +58,7 @@ fn fill(engine: &mut dyn Engine, ids: &[PatchId]) -> Vec<Row> {
 fn fixed(row: &Row) -> &[u32] {
     match &row.weights {
         Weights::Fixed(w) => w,
-        #[allow(unreachable_patterns)]
-        _ => panic!("hemicubes count in fixed point"),
+        Weights::Each(_) => panic!("hemicubes count in fixed point"),
     }
 }
 
@@ -104,19 +103,24 @@ fn rows_of_closed_boxes_sum_to_exactly_one() {
     let Some(gpu) = gpu() else { return };
     for size in [DVec3::ONE, DVec3::new(7.0, 0.9, 2.3)] {
         let g = hollow_box(size);
-        let p = Patches::uniform(&g, 0.02 * size.element_product()).unwrap();
-        let ids: Vec<PatchId> = p.ids().collect();
-        for draw in DRAWS {
-            for resolution in [16, 50, 128] {
-                let rows = on_gpu(gpu, &g, &p, options(resolution, draw), &ids);
-                for (id, row) in ids.iter().zip(&rows) {
-                    let sum = fixed(row).iter().map(|&w| u64::from(w)).sum::<u64>();
-                    assert_eq!(sum, u64::from(ONE), "{size} {draw:?} {resolution} {id:?}");
-                    assert!(row.columns.windows(2).all(|c| c[0] < c[1]));
-                    assert_eq!([row.environment, row.back, row.lost], [0.0; 3]);
+        let finest = 0.02 * size.element_product();
+        for p in [Patches::uniform(&g, finest).unwrap(), mixed(&g, finest)] {
+            for draw in DRAWS {
+                for resolution in [16, 50, 128] {
+                    closed_rows_sum_to_one(gpu, &g, &p, options(resolution, draw));
                 }
             }
         }
+    }
+}
+
+fn closed_rows_sum_to_one(gpu: &Gpu, g: &Geometry, p: &Patches, o: HemicubeOptions) {
+    let ids: Vec<PatchId> = p.ids().collect();
+    for (id, row) in ids.iter().zip(&on_gpu(gpu, g, p, o, &ids)) {
+        let sum = fixed(row).iter().map(|&w| u64::from(w)).sum::<u64>();
+        assert_eq!(sum, u64::from(ONE), "{o:?} {id:?}");
+        assert!(row.columns.windows(2).all(|c| c[0] < c[1]));
+        assert_eq!([row.environment, row.back, row.lost], [0.0; 3]);
     }
 }
 
@@ -127,19 +131,25 @@ fn rows_agree_with_those_of_the_cpu() {
         let name = scene.name;
         let scene = builtin::build(name).unwrap();
         let g = &scene.geometry;
-        let p = Patches::uniform(g, Patches::area_adding(g, 1000)).unwrap();
-        let ids: Vec<PatchId> = p.ids().step_by(p.len().div_ceil(150)).collect();
-        for draw in DRAWS {
-            let o = options(128, draw);
-            let (a, b) = (on_gpu(gpu, g, &p, o, &ids), on_cpu(g, &p, o, &ids));
-            let worst = (ids.iter().zip(a.iter().zip(&b)))
-                .map(|(id, (a, b))| (variation(p.len(), a, b), id))
-                .max_by(|x, y| x.0.total_cmp(&y.0))
-                .unwrap();
-            eprintln!("{name} {draw:?}: {} patches, worst variation {worst:?}", p.len());
-            assert!(worst.0 <= 1e-2, "{name} {draw:?}: {worst:?}");
-            for row in a {
-                assert!((row.total() - 1.0).abs() < 1e-12);
+        let size = Patches::area_adding(g, 1000);
+        let uniform = uncover(g, Patches::uniform(g, size).unwrap());
+        for (kind, p) in [("uniform", uniform), ("mixed", mixed(g, size))] {
+            let ids: Vec<PatchId> = p.ids().step_by(p.len().div_ceil(100)).collect();
+            for draw in DRAWS {
+                let o = options(128, draw);
+                let (a, b) = (on_gpu(gpu, g, &p, o, &ids), on_cpu(g, &p, o, &ids));
+                let worst = (ids.iter().zip(a.iter().zip(&b)))
+                    .map(|(id, (a, b))| (variation(p.len(), a, b), id))
+                    .max_by(|x, y| x.0.total_cmp(&y.0))
+                    .unwrap();
+                eprintln!(
+                    "{name}, {} {kind} patches, {draw:?}: worst variation {worst:?}",
+                    p.len()
+                );
+                assert!(worst.0 <= 1e-2, "{name} {kind} {draw:?}: {worst:?}");
+                for row in a {
+                    assert!((row.total() - 1.0).abs() < 1e-12);
+                }
             }
         }
     }
@@ -174,11 +184,19 @@ fn both_sides_are_told_apart() {
     }
 }
 
-/// Counts the item buffer of a hemicube on the CPU: sums of all patches, environment, back.
-fn count(g: &Geometry, p: &Patches, id: PatchId, items: &[Item], n: usize) -> Vec<u32> {
+/// Counts the item buffer of a hemicube on the CPU: sums of all patches, environment, back. If `exact`,
+/// nothing parts any patch: a pixel that sees a patch belongs to it.
+fn count(
+    g: &Geometry,
+    p: &Patches,
+    id: PatchId,
+    items: &[Item],
+    n: usize,
+    exact: bool,
+) -> Vec<u32> {
     let delta = DeltaFormFactors::new(n);
     let cell = p.cell(id);
-    let eye = p.center(id).position(g);
+    let eye = p.origin(id).position(g);
     let [t, u, w] = Frame::on_surface(eye, g.normal(cell.triangle, cell.side)).axes;
     let faces = [[t, u, w], [u, w, t], [-u, w, -t], [-t, w, u], [t, w, -u]];
     let mut sums = vec![0; p.len() + 2];
@@ -192,8 +210,13 @@ fn count(g: &Geometry, p: &Patches, id: PatchId, items: &[Item], n: usize) -> Ve
             let [right, up, forward] = faces[face];
             let at = match item {
                 Item::Nothing => p.len(),
-                Item::Patch(id) => id.index(),
-                Item::Source(triangle) => {
+                Item::Patch(id) if exact => id.index(),
+                Item::Patch(PatchId(_)) | Item::Source(_) => {
+                    let triangle = match item {
+                        Item::Patch(id) => p.cell(id).triangle,
+                        Item::Source(triangle) => triangle,
+                        Item::Nothing => continue,
+                    };
                     seen_from(g, p, triangle, eye, right * x + up * y + forward)
                         .map_or(p.len() + 1, PatchId::index)
                 }
@@ -223,37 +246,63 @@ fn seen_from(
 #[test]
 fn the_same_item_buffer_gives_the_same_row() {
     let Some(gpu) = gpu() else { return };
-    let scene = builtin::build("cornell-box").unwrap();
-    let g = &scene.geometry;
-    let p = Patches::uniform(g, 0.1).unwrap();
-    for draw in DRAWS {
-        for n in [34, 128] {
-            let mut engine = HemicubeGpu::on(gpu, g, &p, options(n, draw), MEMORY).unwrap();
-            for id in p.ids().step_by(p.len() / 5) {
-                let items = engine.items(id).unwrap();
-                let counted = count(g, &p, id, &items, n);
-                let row = fill(&mut engine, &[id]).remove(0);
-                let mut made = vec![0; p.len() + 2];
-                for (&j, &w) in row.columns.iter().zip(fixed(&row)) {
-                    made[j as usize] = w;
-                }
-                let share = |x: f64| (x * f64::from(ONE)).round() as u32;
-                made[p.len()] = share(row.environment);
-                made[p.len() + 1] = share(row.back);
-                let sources = items.iter().filter(|i| matches!(i, Item::Source(_))).count();
-                if draw == Draw::Patches {
-                    assert_eq!(made, counted, "bit for bit");
-                    assert!(sources < items.len() / 4, "patches hide the sources: {sources}");
-                } else {
-                    // A pixel on the border of two patches may fall on either: single precision.
-                    let moved: u64 =
-                        made.iter().zip(&counted).map(|(a, b)| u64::from(a.abs_diff(*b))).sum();
-                    assert!(moved as f64 <= 1e-4 * f64::from(ONE), "{moved}");
-                    assert_eq!(made[p.len()..], counted[p.len()..]);
-                }
+    let cornell = builtin::build("cornell-box").unwrap().geometry;
+    let empty = hollow_box(DVec3::new(7.0, 0.9, 2.3));
+    for (g, size, parted) in [(&cornell, 0.1, true), (&empty, 0.3, false)] {
+        let uniform = Patches::uniform(g, size).unwrap();
+        for p in [mixed(g, size), uniform] {
+            for (draw, n) in [(DRAWS[0], 34), (DRAWS[0], 128), (DRAWS[1], 34), (DRAWS[1], 128)] {
+                same_items_same_rows(gpu, g, &p, options(n, draw), parted);
             }
         }
     }
+}
+
+fn same_items_same_rows(gpu: &Gpu, g: &Geometry, p: &Patches, o: HemicubeOptions, parted: bool) {
+    let n = o.resolution;
+    let exact = o.draw == Draw::Patches && !parted;
+    let mut engine = HemicubeGpu::on(gpu, g, p, o, MEMORY).unwrap();
+    for id in p.ids().step_by(p.len() / 5) {
+        let items = engine.items(id).unwrap();
+        let counted = count(g, p, id, &items, n, exact);
+        let row = fill(&mut engine, &[id]).remove(0);
+        let mut made = vec![0; p.len() + 2];
+        for (&j, &w) in row.columns.iter().zip(fixed(&row)) {
+            made[j as usize] = w;
+        }
+        let share = |x: f64| (x * f64::from(ONE)).round() as u32;
+        made[p.len()] = share(row.environment);
+        made[p.len() + 1] = share(row.back);
+        let sources = items.iter().filter(|i| matches!(i, Item::Source(_))).count();
+        if o.draw == Draw::Patches {
+            assert!(sources < items.len() / 4, "patches hide the sources: {sources}");
+        }
+        assert_eq!(made[p.len()..], counted[p.len()..]);
+        if exact && sources == 0 {
+            assert_eq!(made, counted, "bit for bit");
+        } else {
+            // A pixel on the border of two patches may fall on either: single precision, and where
+            // patches are drawn, corners rounded to fractions of a pixel.
+            let moved: u64 =
+                made.iter().zip(&counted).map(|(a, b)| u64::from(a.abs_diff(*b))).sum();
+            let most = if o.draw == Draw::Patches { 2e-3 } else { 2e-4 };
+            assert!(moved as f64 <= most * f64::from(ONE), "{o:?} {id:?} {moved}");
+        }
+    }
+}
+
+/// Patches of several levels: every third cell of level 1 is split down to `size`.
+fn mixed(g: &Geometry, size: f64) -> Patches {
+    let finest = Arc::new(Patches::uniform(g, size).unwrap());
+    let mut cells = SplitCells::new(finest, |_| 1);
+    for _ in 0..4 {
+        for (k, cell) in cells.leaves().iter().enumerate() {
+            if k % 3 == 0 && cells.may_split(cell) {
+                cells.split(cell);
+            }
+        }
+    }
+    cells.patches()
 }
 
 #[test]

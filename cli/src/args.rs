@@ -18,9 +18,110 @@ pub struct Arguments {
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Light a scene and make its picture
+    #[command(after_long_help = RENDER_EXAMPLES)]
     Render(Box<Render>),
+    /// Say what a model holds, and what is wrong or doubtful with it
+    #[command(after_long_help = INFO_EXAMPLES)]
+    Info(Box<Info>),
     /// List the built-in scenes
     Scenes,
+}
+
+const RENDER_EXAMPLES: &str = "Examples:
+  hemicube render cornell-box -o cornell.png
+  hemicube render house.glb --eye 1,1.6,-2 --target 4,1,3 --size 1280x720
+  hemicube render model.obj --unit mm --emission lamp=20,18,15 --patch-size 0.01
+  hemicube render statue.glb --sky 1,1,1.2 --exposure -1 --tone linear --report run.json";
+
+const INFO_EXAMPLES: &str = "Examples:
+  hemicube info house.glb
+  hemicube info model.obj --unit mm --up 0,0,1";
+
+/// `hemicube info`.
+#[derive(Debug, Args)]
+pub struct Info {
+    /// Which scene.
+    #[command(flatten)]
+    pub input: Input,
+}
+
+/// Which scene, and how it is read.
+#[derive(Debug, Args)]
+pub struct Input {
+    /// A model (.gltf .glb .obj) or the name of a built-in scene
+    pub scene: String,
+
+    /// Unit of the model's coordinates
+    #[arg(long, value_enum, default_value_t = Unit::M)]
+    pub unit: Unit,
+
+    /// What is upwards, in the scene and in the picture, like 0,0,1 [default: 0,1,0]
+    #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
+    pub up: Option<DVec3>,
+
+    /// Which sides of surfaces reflect
+    #[arg(long, value_enum, default_value_t = SidesArg::File, hide_short_help = true)]
+    pub sides: SidesArg,
+
+    /// Brighter reflectances are clamped to this
+    #[arg(long, value_name = "RHO", default_value_t = 0.9, hide_short_help = true)]
+    pub max_reflectance: f64,
+
+    /// Let a material emit this radiance, or a share of its own (NAME=50%); may be repeated
+    #[arg(long, value_name = "NAME=R,G,B", value_parser = emission)]
+    pub emission: Vec<(String, Emission)>,
+
+    /// Uniform radiance of the surroundings
+    #[arg(long, value_name = "R,G,B", value_parser = vector)]
+    pub sky: Option<DVec3>,
+}
+
+/// `--emission`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Emission {
+    /// This radiance.
+    Radiance(DVec3),
+    /// This multiple of the material's own.
+    Share(f64),
+}
+
+/// `--unit`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Unit {
+    /// Metres
+    M,
+    /// Millimetres
+    Mm,
+    /// Centimetres
+    Cm,
+    /// Inches
+    In,
+    /// Feet
+    Ft,
+}
+
+impl Unit {
+    /// Metres a unit.
+    pub fn metres(self) -> f64 {
+        match self {
+            Self::M => 1.0,
+            Self::Mm => 0.001,
+            Self::Cm => 0.01,
+            Self::In => 0.0254,
+            Self::Ft => 0.3048,
+        }
+    }
+}
+
+/// `--sides`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum SidesArg {
+    /// As the file says
+    File,
+    /// Fronts alone; backs absorb
+    One,
+    /// Fronts and backs
+    Two,
 }
 
 /// How a scene is lit.
@@ -29,6 +130,14 @@ pub struct Light {
     /// Largest area of a patch in m² [default: the area that yields about 5,000 patches]
     #[arg(long, value_name = "AREA")]
     pub patch_size: Option<f64>,
+
+    /// Split adaptively: patches that any other sees under a larger form factor (0..1) are split
+    #[arg(long, value_name = "EPS", requires = "min_patch")]
+    pub max_factor: Option<f64>,
+
+    /// Adaptive splitting stops at patches of this area in m²
+    #[arg(long, value_name = "AREA", requires = "max_factor")]
+    pub min_patch: Option<f64>,
 
     /// Pixels along a hemicube's top, even, 16 to 1024
     #[arg(long, value_name = "N", default_value_t = 128)]
@@ -41,10 +150,6 @@ pub struct Light {
     /// How the energy balance is solved
     #[arg(long, value_enum, default_value_t = SolverChoice::GaussSeidel, hide_short_help = true)]
     pub solver: SolverChoice,
-
-    /// Uniform radiance of the surroundings
-    #[arg(long, value_name = "R,G,B", value_parser = vector, allow_hyphen_values = true)]
-    pub sky: Option<DVec3>,
 
     /// Memory that the work may take, like 800M or 4G [default: what is free]
     #[arg(long, value_name = "SIZE", value_parser = bytes, hide_short_help = true)]
@@ -66,8 +171,9 @@ pub struct Light {
 /// `hemicube render`.
 #[derive(Debug, Args)]
 pub struct Render {
-    /// A model (.gltf .glb .obj) or the name of a built-in scene
-    pub scene: String,
+    /// Which scene.
+    #[command(flatten)]
+    pub input: Input,
 
     /// The picture [default: the scene's name with .png]
     #[arg(short, long, value_name = "FILE")]
@@ -84,10 +190,6 @@ pub struct Render {
     /// What the camera looks at, in metres
     #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true, requires = "eye")]
     pub target: Option<DVec3>,
-
-    /// What is upwards in the picture [default: the scene's up]
-    #[arg(long = "up", value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true, hide_short_help = true)]
-    pub camera_up: Option<DVec3>,
 
     /// Vertical angle of view in degrees
     #[arg(long, value_name = "DEG")]
@@ -161,6 +263,23 @@ fn vector(text: &str) -> Result<DVec3, String> {
         [x, y, z] if parts.iter().all(|p| p.is_finite()) => Ok(DVec3::new(x, y, z)),
         _ => Err(format!("'{text}' is not three numbers; write them like 1.5,-2,0")),
     }
+}
+
+fn emission(text: &str) -> Result<(String, Emission), String> {
+    let wrong = || format!("'{text}' is not an emission; write it like lamp=10,10,8 or lamp=50%");
+    let (name, value) = text.rsplit_once('=').ok_or_else(wrong)?;
+    let emission = match value.strip_suffix('%') {
+        Some(percent) => {
+            let percent: f64 = percent.trim().parse().map_err(|_| wrong())?;
+            Emission::Share(percent / 100.0)
+        }
+        None => Emission::Radiance(vector(value).map_err(|_| wrong())?),
+    };
+    let valid = match emission {
+        Emission::Share(s) => s.is_finite() && s >= 0.0,
+        Emission::Radiance(r) => r.min_element() >= 0.0,
+    };
+    if valid && !name.is_empty() { Ok((name.to_owned(), emission)) } else { Err(wrong()) }
 }
 
 fn size(text: &str) -> Result<(usize, usize), String> {

@@ -2,6 +2,8 @@
 
 mod args;
 mod failure;
+mod info;
+mod input;
 mod machine;
 mod render;
 mod scenes;
@@ -17,6 +19,7 @@ fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let result = match arguments.command {
         Command::Render(r) => render::run(&r),
+        Command::Info(i) => info::run(&i),
         Command::Scenes => scenes::run(),
     };
     match result {

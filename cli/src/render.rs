@@ -6,15 +6,17 @@ use std::time::Instant;
 use hemicube::export::{write_png, write_whole};
 use hemicube::form_factors::{Draw, HemicubeOptions};
 use hemicube::progress::Progress;
+use hemicube::refine::factor::RefineError;
 use hemicube::render::{PictureOptions, RenderError, Renderer};
 use hemicube::report::{Report, Stage};
-use hemicube::scene::{Camera, Scene, builtin};
-use hemicube::solution::{LightError, LightOptions, Solution, light};
+use hemicube::scene::Scene;
+use hemicube::solution::{Adaptive, LightError, LightOptions, Solution, light};
 use hemicube::solve::{Method, SolveOptions};
 use hemicube::tone::{KEY, Tone};
 
 use crate::args::{DrawChoice, Exposure, Light, Render, SolverChoice, ToneChoice};
 use crate::failure::Failure;
+use crate::input;
 use crate::machine;
 use crate::terminal::{Bar, catch_interrupts, print, say};
 
@@ -22,12 +24,11 @@ use crate::terminal::{Bar, catch_interrupts, print, say};
 pub fn run(args: &Render) -> Result<(), Failure> {
     catch_interrupts();
     set_threads(args.light.threads)?;
-    let mut scene = load(&args.scene)?;
-    if let Some(sky) = args.light.sky {
-        scene.sky = sky;
-    }
-    let camera = camera_of(&scene, args)?;
+    let mut scene = input::read(&args.input)?;
     let output = output_of(&scene, args)?;
+    let camera = input::camera(&scene, args)?;
+    input::say_findings(&scene, args.light.quiet);
+    input::ensure_light(&mut scene, &camera, args.light.quiet)?;
     let bar = Bar::new(args.light.quiet);
     let mut solution = lit(&scene, &args.light, &bar)?;
 
@@ -72,44 +73,6 @@ fn set_threads(threads: usize) -> Result<(), Failure> {
     rayon::ThreadPoolBuilder::new().num_threads(threads).build_global().map_err(Failure::failed)
 }
 
-/// An existing path, or else the name of a built-in scene.
-fn load(name: &str) -> Result<Scene, Failure> {
-    builtin::build(name).ok_or_else(|| {
-        let names: Vec<&str> = builtin::list().iter().map(|b| b.name).collect();
-        Failure::Input(format!(
-            "{name}: no such file, nor a built-in scene; there are {}",
-            names.join(", ")
-        ))
-    })
-}
-
-fn camera_of(scene: &Scene, args: &Render) -> Result<Camera, Failure> {
-    let mut camera = if let (Some(eye), Some(target)) = (args.eye, args.target) {
-        Camera {
-            name: String::from("command line"),
-            eye,
-            forward: (target - eye).normalize_or_zero(),
-            up: scene.up,
-            vfov: 40_f64.to_radians(),
-            aspect: None,
-        }
-    } else if let Some(name) = &args.camera {
-        scene.cameras.iter().find(|c| c.name == *name).cloned().ok_or_else(|| {
-            let names: Vec<&str> = scene.cameras.iter().map(|c| c.name.as_str()).collect();
-            Failure::Input(format!("no camera '{name}'; the scene has {}", names.join(", ")))
-        })?
-    } else {
-        scene.cameras.first().cloned().ok_or_else(|| Failure::input("no camera"))?
-    };
-    if let Some(up) = args.camera_up {
-        camera.up = up;
-    }
-    if let Some(vfov) = args.vfov {
-        camera.vfov = vfov.to_radians();
-    }
-    Ok(camera)
-}
-
 fn output_of(scene: &Scene, args: &Render) -> Result<PathBuf, Failure> {
     let path = args.output.clone().unwrap_or_else(|| PathBuf::from(format!("{}.png", scene.name)));
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default();
@@ -127,6 +90,10 @@ fn output_of(scene: &Scene, args: &Render) -> Result<PathBuf, Failure> {
 pub fn lit(scene: &Scene, args: &Light, bar: &Bar) -> Result<Solution, Failure> {
     let options = LightOptions {
         patch_size: args.patch_size,
+        adaptive: args
+            .max_factor
+            .zip(args.min_patch)
+            .map(|(max_factor, min_area)| Adaptive { max_factor, min_area }),
         hemicube: HemicubeOptions {
             resolution: args.resolution,
             draw: match args.draw {
@@ -146,17 +113,25 @@ pub fn lit(scene: &Scene, args: &Light, bar: &Bar) -> Result<Solution, Failure> 
     };
     let solution = light(scene, &options, bar).map_err(|e| match e {
         e if e.is_cancelled() => Failure::Cancelled,
-        LightError::Patches(_) | LightError::Hemicube(_) | LightError::Memory { .. } => {
-            Failure::input(e)
-        }
+        LightError::Patches(_)
+        | LightError::Refine(RefineError::Tolerance(_))
+        | LightError::Hemicube(_)
+        | LightError::Memory { .. } => Failure::input(e),
         e => Failure::failed(e),
     })?;
     bar.finish();
     if !args.quiet {
         let r = &solution.report;
         say(&format!(
-            "{}: {} source triangles, {} patches of at most {:.4} m² (--patch-size)",
-            r.scene, r.source_triangles, r.patches, r.patch_size
+            "{}: {} source triangles, {} patches{}",
+            r.scene,
+            r.source_triangles,
+            r.patches,
+            if args.max_factor.is_some() {
+                String::new()
+            } else {
+                format!(" of at most {:.4} m² (--patch-size)", r.patch_size)
+            }
         ));
     }
     Ok(solution)

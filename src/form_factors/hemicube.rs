@@ -10,21 +10,23 @@
 //!   nothing needs to be divided by a total.
 //! - [`Draw::Sources`] projects source triangles instead of patches and looks up the patch under
 //!   each pixel: a row then costs the same however fine the mesh is.
+//! - A pixel on a part of a patch that something standing on it parts from the patch's centre counts
+//!   for the neighbour that the part belongs to ([`Patches::at`]).
 //! - The patch's own source triangle is left out by its id, never by depth.
 
 use std::sync::{Mutex, PoisonError};
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use thiserror::Error;
 
 use super::delta::{DeltaFormFactors, ONE};
 use super::rows::{Engine, EngineError, Row, Weights};
-use crate::patches::{PatchId, Patches, Split};
+use crate::patches::{PatchId, Patches, Split, side_index};
 use crate::scene::{Geometry, Side, TriangleId};
 use crate::visibility::{
-    Edges, Face, Frame, ItemBuffer, LANES, NOTHING, Occluders, PatchArea, View, code, faces_of,
-    multiversion,
+    Edges, Face, Frame, ItemBuffer, LANES, NOTHING, Occluders, PatchArea, View, code, each_face,
+    faces_of, multiversion,
 };
 
 /// What is projected on the faces.
@@ -75,6 +77,10 @@ pub enum HemicubeError {
 pub struct Hemicube<'a> {
     geometry: &'a Geometry,
     patches: &'a Patches,
+    /// The uniform mesh that the patch under a pixel is looked up in.
+    finest: &'a Patches,
+    /// For each of its patches the patch that it is a part of, if that is another mesh.
+    patch_of: Option<&'a [u32]>,
     draw: Draw,
     occluders: Occluders,
     faces: [Face; 5],
@@ -88,7 +94,8 @@ pub struct Hemicube<'a> {
 struct Scratch {
     view: View,
     buffers: [ItemBuffer; 5],
-    /// Edge functions of the solid triangles drawn.
+    /// Edge functions of the triangles drawn: by solid triangle, or by source triangle when patches
+    /// are drawn.
     edges: Vec<Edges>,
     /// Weight of each patch seen so far in this row.
     sums: Vec<u32>,
@@ -127,7 +134,12 @@ impl<'a> Hemicube<'a> {
         let weights = [pad(&delta.top), pad(&delta.side)];
         let occluders = Occluders::new(geometry);
         let scratch = Mutex::new(Vec::new());
-        Ok(Self { geometry, patches, draw: options.draw, occluders, faces, weights, scratch })
+        let (finest, patch_of) = match patches.finest() {
+            Some((finest, patch_of)) => (finest, Some(patch_of)),
+            None => (patches, None),
+        };
+        let draw = options.draw;
+        Ok(Self { geometry, patches, finest, patch_of, draw, occluders, faces, weights, scratch })
     }
 
     /// Makes one row.
@@ -137,6 +149,12 @@ impl<'a> Hemicube<'a> {
         scratch.seen.resize(self.patches.len().div_ceil(GROUP), false);
         make_row(self, id, &mut scratch, row);
         self.locked().push(scratch);
+    }
+
+    /// The patch that a patch of the finest mesh is a part of.
+    #[inline(always)]
+    fn whole(&self, finest: u32) -> u32 {
+        self.patch_of.map_or(finest, |p| p[finest as usize])
     }
 
     fn locked(&self) -> std::sync::MutexGuard<'_, Vec<Scratch>> {
@@ -172,7 +190,7 @@ multiversion! {
 fn make_row_kernel(engine: &Hemicube<'_>, id: PatchId, scratch: &mut Scratch, row: &mut Row) {
     let cell = engine.patches.cell(id);
     let normal = engine.geometry.normal(cell.triangle, cell.side);
-    let centre = engine.patches.center(id).position(engine.geometry);
+    let centre = engine.patches.origin(id).position(engine.geometry);
     engine.occluders.look(&Frame::on_surface(centre, normal), &mut scratch.view);
     for (buffer, face) in scratch.buffers.iter_mut().zip(&engine.faces) {
         buffer.clear(face);
@@ -189,32 +207,6 @@ fn make_row_kernel(engine: &Hemicube<'_>, id: PatchId, scratch: &mut Scratch, ro
         }
     }
     scratch.write(row);
-}
-
-/// Calls a function with each of the five faces as its constant.
-macro_rules! each_face {
-    ($f:ident => $body:expr) => {{
-        {
-            const $f: usize = 0;
-            $body
-        }
-        {
-            const $f: usize = 1;
-            $body
-        }
-        {
-            const $f: usize = 2;
-            $body
-        }
-        {
-            const $f: usize = 3;
-            $body
-        }
-        {
-            const $f: usize = 4;
-            $body
-        }
-    }};
 }
 
 /// Projects every source triangle but the patch's own on the faces; items are twice the number of
@@ -246,12 +238,14 @@ fn project_sources(engine: &Hemicube<'_>, own: TriangleId, s: &mut Scratch) {
 /// Projects every patch but those of the own source triangle on the faces; items are patches.
 #[inline(always)]
 fn project_patches(engine: &Hemicube<'_>, own: TriangleId, s: &mut Scratch) {
+    s.edges.resize(engine.geometry.len(), Edges::default());
     for (i, &id) in engine.occluders.ids().iter().enumerate() {
         if engine.occluders.faces_in(&s.view, i) == 0 || id == own {
             continue;
         }
         let corners = engine.occluders.corners_in(&s.view, i);
         let Some(edges) = Edges::new(corners) else { continue };
+        s.edges[id.index()] = edges;
         let side = if edges.back { Side::Back } else { Side::Front };
         let mut draw = |patch: [Vec3; 3], area: &PatchArea, item: u32| {
             let joined = patch.iter().fold(0, |c, p| c | code(p.x, p.y, p.z));
@@ -294,8 +288,9 @@ impl Scratch {
     #[inline(always)]
     fn write(&mut self, row: &mut Row) {
         row.columns.clear();
-        let mut weights = match &mut row.weights {
-            Weights::Fixed(w) => std::mem::take(w),
+        let mut weights = match std::mem::take(&mut row.weights) {
+            Weights::Fixed(w) => w,
+            Weights::Each(_) => Vec::new(),
         };
         weights.clear();
         for ((group, seen), sums) in
@@ -321,22 +316,38 @@ impl Scratch {
 /// Sums the weights of each patch in the item buffers.
 #[inline(always)]
 fn count_patches(engine: &Hemicube<'_>, s: &mut Scratch) {
-    for (f, face) in engine.faces.iter().enumerate() {
-        let weights = &engine.weights[usize::from(f > 0)];
-        let buffer = std::mem::take(&mut s.buffers[f]);
-        for (items, weights) in
-            buffer.items().chunks(face.stride()).zip(weights.chunks(face.stride()))
+    each_face!(F => {
+        let face = &engine.faces[F];
+        let weights = &engine.weights[usize::from(F != 0)];
+        let buffer = std::mem::take(&mut s.buffers[F]);
+        for (y, (items, weights)) in
+            buffer.items().chunks(face.stride()).zip(weights.chunks(face.stride())).enumerate()
         {
-            for (&item, &weight) in items.iter().zip(weights) {
+            let y = face.y()[y];
+            for ((&item, &weight), &x) in items.iter().zip(weights).zip(face.x()) {
                 match item {
                     NOTHING => s.environment += u64::from(weight),
                     BACK => s.back += u64::from(weight),
-                    patch => s.add(patch, weight),
+                    patch => {
+                        let cell = engine.patches.cell(PatchId(patch));
+                        let side = side_index(cell.triangle, cell.side);
+                        let patch = if engine.finest.has_cuts(side) {
+                            let e = s.edges[cell.triangle.index()].turned::<F>();
+                            let f = e.map(|e| e[0] * x + (e[1] * y + e[2]));
+                            let n = (1_u32 << engine.finest.splits()[side].level().unwrap_or(0)) as f32;
+                            let first = engine.finest.of_side(cell.triangle, cell.side).next();
+                            let first = first.map_or(0, |p| p.0);
+                            engine.whole(owner(engine, first + index_in_grid(n, f[0], f[1], f[2]), f))
+                        } else {
+                            patch
+                        };
+                        s.add(patch, weight);
+                    }
                 }
             }
         }
-        s.buffers[f] = buffer;
-    }
+        s.buffers[F] = buffer;
+    });
 }
 
 /// Looks up the patch under each pixel and sums the weights. Pixels come in runs of one source
@@ -383,9 +394,12 @@ fn count_run<const F: usize>(
     }
     let solid = item as usize / 2;
     let triangle = engine.occluders.ids()[solid];
-    match engine.patches.splits()[2 * triangle.index() + (item as usize & 1)] {
-        Split::None => s.back += u64::from(whole()),
-        Split::Uniform { first, level: 0 } => s.add(first, whole()),
+    let side = 2 * triangle.index() + (item as usize & 1);
+    match engine.finest.splits()[side] {
+        Split::None | Split::Adaptive { .. } => s.back += u64::from(whole()),
+        Split::Uniform { first, level: 0 } if !engine.finest.has_cuts(side) => {
+            s.add(engine.whole(first), whole());
+        }
         Split::Uniform { first, level } => {
             let face = &engine.faces[F];
             let [e0, e1, e2] = s.edges[solid].turned::<F>();
@@ -402,12 +416,24 @@ fn count_run<const F: usize>(
                     ids[l] = index_in_grid(n, e0[0] * x + c0, e1[0] * x + c1, e2[0] * x + c2);
                 }
                 let (from, to) = (run.start.max(start), run.end.min(start + LANES));
+                if engine.finest.has_cuts(side) {
+                    for l in from - start..to - start {
+                        let f = [e0[0] * xs[l] + c0, e1[0] * xs[l] + c1, e2[0] * xs[l] + c2];
+                        ids[l] = owner(engine, first + ids[l], f) - first;
+                    }
+                }
                 for (&id, &weight) in ids[from - start..to - start].iter().zip(&weights[from..to]) {
-                    s.add(first + id, weight);
+                    s.add(engine.whole(first + id), weight);
                 }
             }
         }
     }
+}
+
+/// The patch that the point with edge functions `f` in the cell of patch `id` belongs to.
+fn owner(engine: &Hemicube<'_>, id: u32, f: [f32; 3]) -> u32 {
+    let f = DVec3::from_array(f.map(f64::from));
+    engine.finest.owner(PatchId(id), f / (f.x + f.y + f.z)).0
 }
 
 /// Index of the patch in a grid of `n` strips where the edge functions have the values `f0, f1, f2`;

@@ -33,6 +33,7 @@ mod device;
 mod mesh;
 mod pipelines;
 mod plan;
+mod tables;
 
 use std::collections::VecDeque;
 use std::ops::Range;
@@ -48,8 +49,9 @@ use wgpu::BufferUsages as Usage;
 pub use device::{AdapterReport, Gpu, GpuError};
 
 use self::device::PATIENCE;
-use self::mesh::{Mesh, Source};
+use self::mesh::Mesh;
 use self::plan::{Plan, SLOTS};
+use self::tables::Tables;
 use super::delta::{DeltaFormFactors, ONE};
 use super::hemicube::{Draw, HemicubeOptions};
 use super::rows::{Engine, EngineError, Row, Weights};
@@ -83,6 +85,8 @@ pub struct HemicubeGpu<'a> {
     /// The patches, if they are drawn.
     patch_mesh: Option<Mesh>,
     plan: Plan,
+    /// Whether some cells, and some patches, do not own all their pixels.
+    owned: [u32; 2],
     /// Item buffers, one a layer.
     items: wgpu::Texture,
     layers: Vec<Layer>,
@@ -162,6 +166,8 @@ struct Job {
     first: u32,
     count: u32,
     stride: u32,
+    owned: u32,
+    looked: u32,
 }
 
 /// Distance of the near plane over the scene's radius: near enough for contacts, and well above the
@@ -204,23 +210,24 @@ impl<'a> HemicubeGpu<'a> {
         let radius = (0.5 * (high - low).length()).max(f64::from(f32::MIN_POSITIVE) / NEAR);
 
         let first_source = first_source(patches, options.draw);
-        let table = Source::all(geometry, patches, centre);
-        let table: &[u8] = bytemuck::cast_slice(&table);
-        let allowed =
-            gpu.limits().max_storage_buffer_binding_size.min(gpu.limits().max_buffer_size);
-        if table.len() as u64 > allowed {
-            let what = "the table of source triangles (bytes)";
-            return Err(GpuError::Limit { what, needed: table.len() as u64, allowed });
-        }
-        let table = gpu.upload("source triangles", table, Usage::STORAGE);
+        let tables = Tables::new(geometry, patches, centre);
+        let owned = [!tables.owners.is_empty(), !tables.look_on.is_empty()].map(u32::from);
+        let [triangles, owners, cuts, look_on] = [
+            ("the table of source triangles (bytes)", bytemuck::cast_slice(&tables.sources)),
+            ("the table of cells (bytes)", bytemuck::cast_slice(&tables.owners)),
+            ("the table of contacts (bytes)", bytemuck::cast_slice(&tables.cuts)),
+            ("the table of patches (bytes)", bytemuck::cast_slice(&tables.look_on)),
+        ]
+        .map(|(what, contents)| table(gpu, what, contents));
+        let (triangles, owners, cuts, look_on) = (triangles?, owners?, cuts?, look_on?);
         let sources = Mesh::of_sources(gpu, geometry, centre, first_source)?;
         let patch_mesh = match options.draw {
             Draw::Sources => None,
             Draw::Patches => Some(Mesh::of_patches(gpu, geometry, patches, centre)?),
         };
-        let triangles = sources.len() + patch_mesh.as_ref().map_or(0, Mesh::len);
+        let drawn = sources.len() + patch_mesh.as_ref().map_or(0, Mesh::len);
         let n = patches.len() as u64;
-        let plan = Plan::new(gpu.limits(), memory, resolution, n, triangles.into())?;
+        let plan = Plan::new(gpu.limits(), memory, resolution, n, drawn.into())?;
 
         let delta = DeltaFormFactors::new(options.resolution);
         let weights = [delta.top, delta.side].concat();
@@ -246,8 +253,11 @@ impl<'a> HemicubeGpu<'a> {
                 wgpu::BindingResource::TextureView(&all_items),
                 cameras.as_entire_binding(),
                 weights.as_entire_binding(),
-                table.as_entire_binding(),
+                triangles.as_entire_binding(),
                 sums.as_entire_binding(),
+                owners.as_entire_binding(),
+                cuts.as_entire_binding(),
+                look_on.as_entire_binding(),
             ],
         );
         let slots = std::array::from_fn(|_| Slot::new(gpu, &plan, &job, &sums));
@@ -262,6 +272,7 @@ impl<'a> HemicubeGpu<'a> {
             sources,
             patch_mesh,
             plan,
+            owned,
             items,
             layers,
             cameras,
@@ -382,6 +393,8 @@ impl<'a> HemicubeGpu<'a> {
             first: window.start,
             count: window.end - window.start,
             stride: self.plan.stride(),
+            owned: self.owned[0],
+            looked: self.owned[1],
         };
         self.gpu.queue().write_buffer(&self.job, 0, bytemuck::bytes_of(&job));
         let mut encoder = self.encoder();
@@ -440,7 +453,7 @@ impl<'a> HemicubeGpu<'a> {
     fn cameras(&self, id: PatchId) -> [Camera; 5] {
         let cell = self.patches.cell(id);
         let normal = self.geometry.normal(cell.triangle, cell.side);
-        let frame = Frame::on_surface(self.patches.center(id).position(self.geometry), normal);
+        let frame = Frame::on_surface(self.patches.origin(id).position(self.geometry), normal);
         let eye = (frame.origin - self.centre).as_vec3().extend(self.near).to_array();
         let axes = frame.axes.map(|a| a.as_vec3());
         let turns = [turn::<0>, turn::<1>, turn::<2>, turn::<3>, turn::<4>];
@@ -610,10 +623,9 @@ fn summary_bytes(rows: u32) -> u64 {
 
 /// Adds a row's entries; `anew` begins it.
 fn write(row: &mut Row, anew: bool, entries: &[u32], environment: u32, back: u32) {
-    let mut weights = match std::mem::replace(&mut row.weights, Weights::Fixed(Vec::new())) {
+    let mut weights = match std::mem::take(&mut row.weights) {
         Weights::Fixed(weights) => weights,
-        #[allow(unreachable_patterns)]
-        _ => Vec::new(),
+        Weights::Each(_) => Vec::new(),
     };
     if anew {
         row.columns.clear();
@@ -633,6 +645,16 @@ fn read<R>(buffer: &wgpu::Buffer, size: u64, f: impl FnOnce(&[u32]) -> R) -> Res
     let failed = |e: String| GpuError::Failed(format!("reading back: {e}"));
     let view = buffer.get_mapped_range(..size).map_err(|e| failed(e.to_string()))?;
     Ok(f(bytemuck::try_cast_slice(&view).map_err(|e| failed(e.to_string()))?))
+}
+
+/// A table for the counting pass.
+fn table(gpu: &Gpu, what: &'static str, contents: &[u8]) -> Result<wgpu::Buffer, GpuError> {
+    let (limits, needed) = (gpu.limits(), contents.len() as u64);
+    let allowed = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+    if needed > allowed {
+        return Err(GpuError::Limit { what, needed, allowed });
+    }
+    Ok(gpu.upload(what, contents, Usage::STORAGE))
 }
 
 /// A texture with a layer for the item buffer or the depths of each row.

@@ -4,7 +4,9 @@ mod cornell_box;
 mod furnace;
 mod furniture;
 pub mod mesh;
+mod paper;
 mod room;
+mod solids;
 mod stage;
 
 use super::Scene;
@@ -37,6 +39,21 @@ const BUILTINS: &[Builtin] = &[
         name: "room",
         summary: "a furnished room with a sculpture, a ceiling panel and a floor lamp",
         make: room::room,
+    },
+    Builtin {
+        name: "paper-1",
+        summary: "a hall with seven simple objects and two lights",
+        make: paper::paper_1,
+    },
+    Builtin {
+        name: "paper-2",
+        summary: "a hall with eight simple objects, a torus knot and three lights",
+        make: paper::paper_2,
+    },
+    Builtin {
+        name: "paper-3",
+        summary: "a tall hall with eight simple objects, a torus knot and four lights, two of them finely shaped",
+        make: paper::paper_3,
     },
 ];
 

@@ -1,5 +1,7 @@
 //! How surfaces reflect and emit. Form factors never see this.
 
+use std::f64::consts::PI;
+
 use glam::{DVec2, DVec3};
 
 use super::Rgb;
@@ -103,6 +105,33 @@ impl Optics {
             self.emission[id.index()]
         } else {
             DVec3::ZERO
+        }
+    }
+
+    /// Lets the material of that index emit `radiance` (W/(m² sr) or cd/m²), alike everywhere.
+    pub fn set_radiance(&mut self, material: usize, radiance: Rgb) {
+        let m = &mut self.materials[material];
+        (m.radiance, m.radiance_texture) = (radiance, None);
+        for (e, _) in self
+            .emission
+            .iter_mut()
+            .zip(&self.material_of)
+            .filter(|(_, i)| **i as usize == material)
+        {
+            *e = radiance * PI;
+        }
+    }
+
+    /// Multiplies what the material of that index emits.
+    pub fn scale_radiance(&mut self, material: usize, factor: f64) {
+        self.materials[material].radiance *= factor;
+        for (e, _) in self
+            .emission
+            .iter_mut()
+            .zip(&self.material_of)
+            .filter(|(_, i)| **i as usize == material)
+        {
+            *e *= factor;
         }
     }
 

@@ -1,8 +1,9 @@
 //! The item buffer: under each pixel, which item is nearest.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 use super::NOTHING;
+use super::occluders::Frame;
 use super::simd::LANES;
 
 /// A rectangle of pixels on a plane at distance 1 before the pinhole.
@@ -136,6 +137,33 @@ impl Face {
     }
 }
 
+/// Runs a body with each of the five faces as its constant.
+macro_rules! each_face {
+    ($f:ident => $body:expr) => {{
+        {
+            const $f: usize = 0;
+            $body
+        }
+        {
+            const $f: usize = 1;
+            $body
+        }
+        {
+            const $f: usize = 2;
+            $body
+        }
+        {
+            const $f: usize = 3;
+            $body
+        }
+        {
+            const $f: usize = 4;
+            $body
+        }
+    }};
+}
+pub(crate) use each_face;
+
 /// A vector of the frame as (right, up, forward) of face `F` of the hemicube: 0 the top, which is also
 /// a camera's picture, then +x, -x, +y, -y. All are right-handed.
 #[inline(always)]
@@ -146,6 +174,17 @@ pub(crate) fn turn<const F: usize>(v: Vec3) -> [f32; 3] {
         2 => [-v.y, v.z, -v.x],
         3 => [-v.x, v.z, v.y],
         _ => [v.x, v.z, -v.y],
+    }
+}
+
+/// The vector of the frame that [`turn`] turns into `v`.
+fn back<const F: usize>([x, y, z]: [f32; 3]) -> Vec3 {
+    match F {
+        0 => Vec3::new(x, y, z),
+        1 => Vec3::new(z, x, y),
+        2 => Vec3::new(-z, -x, y),
+        3 => Vec3::new(-x, z, y),
+        _ => Vec3::new(x, -z, y),
     }
 }
 
@@ -222,6 +261,26 @@ impl ItemBuffer {
         &self.items
     }
 
+    /// Calls `visit` with the direction (to the plane at distance 1, in world axes), the item and the
+    /// distance of each pixel of face `F`.
+    pub(crate) fn glimpses<const F: usize>(
+        &self,
+        face: &Face,
+        frame: &Frame,
+        mut visit: impl FnMut(DVec3, u32, f64),
+    ) {
+        for (row, &y) in face.y.iter().enumerate() {
+            for (column, &x) in face.x[..face.width].iter().enumerate() {
+                let at = row * face.stride() + column;
+                let local = back::<F>([x, y, 1.0]).as_dvec3();
+                let [t, u, n] = frame.axes;
+                let direction = t * local.x + u * local.y + n * local.z;
+                let distance = direction.length() / f64::from(self.nearness[at]);
+                visit(direction, self.items[at], distance);
+            }
+        }
+    }
+
     /// Draws a whole source triangle on face `F` within `bounds`. Where two items are equally near,
     /// the first stays.
     #[inline(always)]
@@ -295,5 +354,21 @@ impl ItemBuffer {
                 }
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn faces_turn_forth_and_back_and_are_right_handed() {
+        let v = Vec3::new(1.0, 2.0, 3.0);
+        each_face!(F => {
+            assert_eq!(back::<F>(turn::<F>(v)), v);
+            let axis = |a: [f32; 3]| back::<F>(a);
+            let [x, y, z] = [axis([1.0, 0.0, 0.0]), axis([0.0, 1.0, 0.0]), axis([0.0, 0.0, 1.0])];
+            assert_eq!(x.cross(y), z);
+        });
     }
 }

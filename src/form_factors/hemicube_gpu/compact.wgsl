@@ -6,6 +6,8 @@ struct Job {
     first: u32,
     count: u32,
     stride: u32,
+    owned: u32,
+    looked: u32,
 }
 
 struct Summary {

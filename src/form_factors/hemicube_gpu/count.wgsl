@@ -26,6 +26,10 @@ struct Job {
     count: u32,
     // Sums a row; the last two are the environment and backs.
     stride: u32,
+    // Whether a cell may belong to another patch than the one of its number: look at `owners`.
+    owned: u32,
+    // Whether some patches are not the only ones that own their pixels: look at `look_on`.
+    looked: u32,
 }
 
 @group(0) @binding(0) var<uniform> job: Job;
@@ -35,10 +39,27 @@ struct Job {
 @group(0) @binding(4) var<storage, read> sources: array<Source>;
 @group(0) @binding(5) var<storage, read_write> sums: array<atomic<u32>>;
 
+// For each cell of the uniform grids its patch, or CUT and where in `cuts` one learns it.
+@group(0) @binding(6) var<storage, read> owners: array<u32>;
+@group(0) @binding(7) var<storage, read> cuts: array<u32>;
+// For each patch the source triangle to look on, or ITSELF.
+@group(0) @binding(8) var<storage, read> look_on: array<u32>;
+
 const NOTHING: u32 = 0xffffffffu;
 const NO_PATCH: u32 = 0xffffu;
 const ENVIRONMENT: u32 = 0xffffffffu;
 const BACK: u32 = 0xfffffffeu;
+const CUT: u32 = 0x80000000u;
+const ITSELF: u32 = 0xffffffffu;
+// A cut cell: the owner of each part of a grid of so many strips, or MIXED; then the patch itself,
+// the number of others, the number of lines, the patch's centre; for each of the others its number
+// and centre; for each line both ends. Points are in coordinates of the cell.
+const CUT_STRIPS: u32 = 8u;
+const CUT_HEAD: u32 = CUT_STRIPS * CUT_STRIPS;
+const CUT_OTHERS: u32 = CUT_HEAD + 5u;
+const MIXED: u32 = 0xffffffffu;
+// How far a way may pass beside the end of a line and still be barred, in cells: single precision.
+const SLACK: f32 = 1e-5;
 // Neighbouring pixels that one invocation sums before it adds to memory.
 const RUN: u32 = 8u;
 
@@ -62,18 +83,87 @@ fn view(source: Source, eye: vec3<f32>) -> View {
     return View(first, strips, mat3x3(cross(b, c), cross(c, a), cross(a, b)));
 }
 
-// Index of the patch in a grid of `strips` strips in direction `d`; twin of `index_in_grid`.
-fn index_in_grid(seen: View, d: vec3<f32>) -> u32 {
-    let f = d * seen.edges;
-    let n = f32(seen.strips);
-    let scale = n / (f.x + f.y + f.z);
-    let u = max(f.x * scale, 0.0);
-    let v = max(f.y * scale, 0.0);
+// A cell of a grid, and where in it a point lies.
+struct Cell {
+    index: u32,
+    local: vec2<f32>,
+}
+
+// The cell under a point in a grid of `strips` strips; `p` is `strips` times its first two
+// barycentric coordinates. Twin of `index_in_grid`.
+fn cell_at(strips: u32, p: vec2<f32>) -> Cell {
+    let n = f32(strips);
+    let u = max(p.x, 0.0);
+    let v = max(p.y, 0.0);
     let i = min(floor(u), n - 1.0);
     let j = min(floor(v), n - 1.0 - i);
-    let inverted = (u - i) + (v - j) > 1.0 && i + j + 2.0 <= n;
-    let index = u32(i) * (2u * seen.strips - u32(i)) + 2u * u32(j) + u32(inverted);
-    return min(index, seen.strips * seen.strips - 1u);
+    let inside = vec2(u - i, v - j);
+    let inverted = inside.x + inside.y > 1.0 && i + j + 2.0 <= n;
+    let index = u32(i) * (2u * strips - u32(i)) + 2u * u32(j) + u32(inverted);
+    return Cell(min(index, strips * strips - 1u), select(inside, 1.0 - inside, inverted));
+}
+
+fn cut_point(at: u32) -> vec2<f32> {
+    return vec2(bitcast<f32>(cuts[at]), bitcast<f32>(cuts[at + 1u]));
+}
+
+fn turn(p: vec2<f32>, q: vec2<f32>, r: vec2<f32>) -> f32 {
+    let a = q - p;
+    let b = r - p;
+    return a.x * b.y - a.y * b.x;
+}
+
+// Whether none of the lines of a cut cell parts two points; twin of `Line::parts`.
+fn sees(lines: u32, count: u32, a: vec2<f32>, b: vec2<f32>) -> bool {
+    for (var k = 0u; k < count; k += 1u) {
+        let p = cut_point(lines + 4u * k);
+        let q = cut_point(lines + 4u * k + 2u);
+        if turn(p, q, a) * turn(p, q, b) < 0.0 {
+            let s = turn(a, b, p);
+            let t = turn(a, b, q);
+            let slack = SLACK * length(b - a);
+            if min(s, t) <= slack && max(s, t) >= -slack {
+                return false;
+            }
+        }
+    }
+    return true;
+}
+
+// The patch that a point of a cut cell belongs to; twin of `CutPatch::owner`.
+fn owner_at(cut: u32, point: vec2<f32>) -> u32 {
+    let part = cuts[cut + cell_at(CUT_STRIPS, point * f32(CUT_STRIPS)).index];
+    if part != MIXED {
+        return part;
+    }
+    let others = cuts[cut + CUT_HEAD + 1u];
+    let count = cuts[cut + CUT_HEAD + 2u];
+    let lines = cut + CUT_OTHERS + 3u * others;
+    if !sees(lines, count, point, cut_point(cut + CUT_HEAD + 3u)) {
+        for (var k = 0u; k < others; k += 1u) {
+            let other = cut + CUT_OTHERS + 3u * k;
+            if sees(lines, count, point, cut_point(other + 1u)) {
+                return cuts[other];
+            }
+        }
+    }
+    return cuts[cut + CUT_HEAD];
+}
+
+// The patch that what is seen in direction `d` belongs to.
+fn patch_at(seen: View, d: vec3<f32>) -> u32 {
+    let f = d * seen.edges;
+    let scale = f32(seen.strips) / (f.x + f.y + f.z);
+    let cell = cell_at(seen.strips, f.xy * scale);
+    let id = seen.first + cell.index;
+    if job.owned == 0u {
+        return id;
+    }
+    let owner = owners[id];
+    if (owner & CUT) == 0u {
+        return owner;
+    }
+    return owner_at(owner ^ CUT, cell.local);
 }
 
 fn add(row: u32, patch_seen: u32, weight: u32) {
@@ -113,25 +203,34 @@ fn count(@builtin(global_invocation_id) id: vec3<u32>) {
     let camera = cameras[5u * row + face];
     let towards = camera.forward.xyz + y * camera.up.xyz;
 
-    var item = NOTHING;
+    // The source triangle that `seen` is of.
+    var viewed = ITSELF;
     var seen: View;
     var patch_seen = ENVIRONMENT;
     var sum = 0u;
     for (var x = low; x < min(low + RUN, n); x += 1u) {
         let here = textureLoad(items, vec2(x, line), row, 0).x;
         var patch_here = here;
-        if here != NOTHING && here >= job.first_source {
-            if here != item {
-                seen = view(sources[here - job.first_source], camera.eye.xyz);
+        var source = ITSELF;
+        if here != NOTHING {
+            if here >= job.first_source {
+                source = here - job.first_source;
+            } else if job.looked != 0u {
+                source = look_on[here];
+            }
+        }
+        if source != ITSELF {
+            if source != viewed {
+                seen = view(sources[source], camera.eye.xyz);
+                viewed = source;
             }
             if seen.strips == 0u {
                 patch_here = BACK;
             } else {
                 let d = towards + (f32(2u * x + 1u) / f32(n) - 1.0) * camera.right.xyz;
-                patch_here = seen.first + index_in_grid(seen, d);
+                patch_here = patch_at(seen, d);
             }
         }
-        item = here;
         if patch_here != patch_seen {
             if sum > 0u {
                 add(row, patch_seen, sum);

@@ -7,7 +7,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
 use super::device::{Gpu, GpuError};
-use crate::patches::{Patches, Split};
+use crate::patches::Patches;
 use crate::scene::geometry::position_key;
 use crate::scene::{Geometry, Side, TriangleId};
 
@@ -183,40 +183,6 @@ impl Chunk {
             vertices: gpu.upload("vertices", vertices, wgpu::BufferUsages::VERTEX),
             indices: gpu.upload("indices", indices, wgpu::BufferUsages::INDEX),
         }
-    }
-}
-
-/// A solid source triangle for the look-up of patches: `Source` of the counting shader.
-#[derive(Debug, Clone, Copy, Pod, Zeroable)]
-#[repr(C)]
-pub(super) struct Source {
-    a: [f32; 3],
-    front_first: u32,
-    b: [f32; 3],
-    back_first: u32,
-    c: [f32; 3],
-    levels: u32,
-}
-
-impl Source {
-    /// Of all solid triangles in order.
-    pub(super) fn all(geometry: &Geometry, patches: &Patches, centre: DVec3) -> Vec<Self> {
-        /// Level of a side without patches.
-        const NO_PATCH: u32 = 0xffff;
-        let cut = |id, side| match patches.split_of(id, side) {
-            Split::None => (0, NO_PATCH),
-            Split::Uniform { first, level } => (first, u32::from(level)),
-        };
-        geometry
-            .ids()
-            .filter(|&t| geometry.is_solid(t))
-            .map(|id| {
-                let [a, b, c] = geometry.corners(id).map(|p| (p - centre).as_vec3().to_array());
-                let (front_first, front) = cut(id, Side::Front);
-                let (back_first, back) = cut(id, Side::Back);
-                Self { a, front_first, b, back_first, c, levels: front | back << 16 }
-            })
-            .collect()
     }
 }
 

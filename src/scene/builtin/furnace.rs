@@ -26,9 +26,9 @@ pub(super) fn furnace() -> Scene {
 /// An empty closed room: a box of edges `size` (m) seen from inside, one corner at the origin, 12
 /// source triangles, and a camera in it.
 ///
-/// All walls have the same `reflectance` (at most [`MAX_REFLECTANCE`](crate::scene::MAX_REFLECTANCE)
-/// per channel); each emits a `radiance` of its own in W/(m² sr), in the order -x, +x, floor,
-/// ceiling, -z, +z. What all walls receive in sum is then known, however uneven the emission:
+/// All walls have the same `reflectance` (at most .9 per channel, or it is clamped); each emits a
+/// `radiance` of its own in W/(m² sr), in the order -x, +x, floor, ceiling, -z, +z. What all walls
+/// receive in sum is then known, however uneven the emission:
 ///
 /// ```text
 /// Σ A H = Φ / (1 - ρ)        Φ = Σ A E = Σ A π L

@@ -63,7 +63,9 @@ impl Materials {
         if let Some(used) = self.used.get(&index) {
             return Ok(*used);
         }
-        let default = json::Material::default();
+        // The default material is metallic by omission only: that is no doubt to name.
+        let mut default = json::Material::default();
+        default.pbr_metallic_roughness.metallic_factor.0 = 0.0;
         let (given, name) = match index {
             None => (&default, "default".to_owned()),
             Some(i) => {

@@ -1,5 +1,7 @@
 //! Primitives of a mesh, placed by a node.
 
+use std::collections::HashSet;
+
 use glam::{DMat4, DVec2, DVec3};
 use gltf::json::accessor::Type;
 use gltf::json::mesh::{Mode, Primitive, Semantic};
@@ -19,6 +21,8 @@ pub struct Placed {
     pub triangles: usize,
     /// Primitives that are points or lines.
     pub curves: usize,
+    /// Mesh and primitive of those whose doubts are already named: instances share them.
+    pub named: HashSet<(usize, usize)>,
 }
 
 /// A mesh of a node: where messages say it is, and how it gets into the world.
@@ -100,27 +104,12 @@ fn add_primitive(
         Some(accessor) => Some(document.components(accessor, Type::Vec2)?),
         None => None,
     };
-    if material.uv_set.is_some() && uvs.is_none() {
-        builder.finding(
-            Severity::Warning,
-            place(),
-            "its material has a texture, but it has no texture coordinates; one texel is taken",
-            "unwrap the mesh, or remove the texture",
-        );
-    }
     if uvs.as_ref().is_some_and(|uvs| uvs.len() / 2 != count) {
         return Err(fail("has more or fewer texture coordinates than vertices".into()));
     }
-    if attribute(Semantic::Colors(0)).is_some() {
-        builder.finding(
-            Severity::Note,
-            place(),
-            "its vertex colours are ignored",
-            "bake them into a texture or a base colour",
-        );
-    }
-    if primitive.targets.as_ref().is_some_and(|t| !t.is_empty()) {
-        builder.finding(Severity::Note, place(), "its morph targets are ignored", "");
+    if placed.named.insert((instance.mesh, number)) {
+        let untextured = material.uv_set.is_some() && uvs.is_none();
+        name_doubts(primitive, untextured, &place(), builder);
     }
 
     let mut base = 0;
@@ -155,6 +144,28 @@ fn add_primitive(
         );
     }
     Ok(())
+}
+
+fn name_doubts(primitive: &Primitive, untextured: bool, place: &str, builder: &mut SceneBuilder) {
+    if untextured {
+        builder.finding(
+            Severity::Warning,
+            place,
+            "its material has a texture, but it has no texture coordinates; one texel is taken",
+            "unwrap the mesh, or remove the texture",
+        );
+    }
+    if primitive.attributes.contains_key(&Checked::Valid(Semantic::Colors(0))) {
+        builder.finding(
+            Severity::Note,
+            place,
+            "its vertex colours are ignored",
+            "bake them into a texture or a base colour",
+        );
+    }
+    if primitive.targets.as_ref().is_some_and(|t| !t.is_empty()) {
+        builder.finding(Severity::Note, place, "its morph targets are ignored", "");
+    }
 }
 
 /// Vertex triples, counter-clockwise; incomplete ones at the end are left out.

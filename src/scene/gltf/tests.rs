@@ -141,6 +141,7 @@ fn embedded_external_and_binary_buffers_are_alike() {
         assert_eq!(s.geometry.sides, [Sides::One]);
         assert_eq!(s.optics.reflectance, [Rgb::splat(0.9)], "the default material, clamped");
         assert_eq!(s.geometry.surfaces[0].name, "m");
+        assert!(!has_finding(&s, "", "metallic"));
     }
 }
 
@@ -300,6 +301,17 @@ fn textures_multiply_over_the_triangles_own_footprint() {
 }
 
 #[test]
+fn emissive_textures_multiply_the_radiance() {
+    let emissive = r#","emissiveFactor":[4,4,4],"emissiveTexture":{"index":0}"#;
+    let s = textured(&halves(), "", emissive, RIGHT).scene();
+    let expected = Rgb::new(0.0, 4.0, 0.0) * std::f64::consts::PI;
+    assert!((s.optics.emission(TriangleId(0), Side::Front) - expected).length() < 1e-6);
+    let other = emissive.replace(r#""index":0"#, r#""index":0,"texCoord":1"#);
+    let s = textured(&halves(), "", &other, RIGHT).scene();
+    assert!(has_finding(&s, "material t", "texture coordinates of its own"));
+}
+
+#[test]
 fn texture_alpha_decides_triangle_by_triangle() {
     for (mode, uv, part) in [
         (r#","alphaMode":"BLEND""#, LEFT, Part::Transparent),
@@ -322,6 +334,30 @@ fn broken_textures_are_assumed_grey_and_said() {
     let s = doc.scene();
     assert_eq!(s.optics.reflectance, [Rgb::splat(0.25)]);
     assert!(has_finding(&s, "texture 0", "gone.png is missing"));
+}
+
+#[test]
+fn doubts_of_a_mesh_are_named_once_for_all_its_instances() {
+    let mut doc = textured(&halves(), "", "", LEFT);
+    doc.primitive =
+        r#"{"attributes":{"POSITION":0,"COLOR_0":0},"material":0,"targets":[{"POSITION":0}]}"#
+            .into();
+    doc.nodes = r#"{"mesh":0,"children":[1]},{"mesh":0,"translation":[0,0,1]}"#.into();
+    let s = doc.scene();
+    assert_eq!(s.geometry.len(), 2);
+    for doubt in ["no texture coordinates", "vertex colours", "morph targets"] {
+        let named = s.findings.iter().filter(|f| f.message.contains(doubt)).count();
+        assert_eq!(named, 1, "{doubt}");
+    }
+}
+
+#[test]
+fn points_and_lines_are_left_out_and_said() {
+    let mut doc = Doc::triangle();
+    doc.primitive += r#",{"attributes":{"POSITION":0},"mode":0},{"attributes":{},"mode":3}"#;
+    let s = doc.scene();
+    assert_eq!(s.geometry.len(), 1);
+    assert!(has_finding(&s, "meshes", "2 primitives of points or lines"));
 }
 
 #[test]

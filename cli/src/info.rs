@@ -1,0 +1,84 @@
+//! `hemicube info`: what a model holds, and what is doubtful about it.
+
+use hemicube::scene::{Finding, Lamp, Part, Scene, Severity, Sides, inspect};
+use hemicube::visibility::looks_inside_out;
+
+use crate::args::Info;
+use crate::failure::Failure;
+use crate::input::{self, remedy};
+use crate::terminal::print;
+
+/// Runs the command.
+pub fn run(args: &Info) -> Result<(), Failure> {
+    let mut scene = input::read(&args.input)?;
+    let doubts = inspect(&scene);
+    scene.findings.extend(doubts);
+    if looks_inside_out(&scene.geometry) {
+        scene.findings.push(Finding {
+            severity: Severity::Warning,
+            place: String::from("whole model"),
+            message: String::from(
+                "most fronts see nothing while their backs see surfaces: the normals point outwards",
+            ),
+            remedy: String::from("flip the normals in the modeller, or use --sides two"),
+        });
+    }
+    describe(&scene);
+    Ok(())
+}
+
+fn describe(scene: &Scene) {
+    let g = &scene.geometry;
+    print(&scene.name);
+    let part = |p: Part| g.part.iter().filter(|&&q| q == p).count();
+    print(&format!(
+        "  triangles: {} ({} degenerate, {} duplicate, {} transparent)",
+        g.len(),
+        part(Part::Degenerate),
+        part(Part::Duplicate),
+        part(Part::Transparent)
+    ));
+    let two = g.ids().filter(|t| g.sides[t.index()] == Sides::Two).count();
+    print(&format!("  two-sided: {two} of {}", g.len()));
+    if let Some((low, high)) = g.bounds() {
+        let s = high - low;
+        print(&format!("  size:      {:.4} x {:.4} x {:.4} m", s.x, s.y, s.z));
+    }
+    let area: f64 = g.ids().filter(|&t| g.is_solid(t)).map(|t| g.area(t)).sum();
+    print(&format!("  area:      {area:.4} m²"));
+    print(&format!("  surfaces:  {}", g.surfaces.len()));
+    print(&format!("  materials: {}", scene.optics.materials.len()));
+    for (m, material) in scene.optics.materials.iter().enumerate() {
+        let triangles = scene.optics.material_of.iter().filter(|&&i| i as usize == m).count();
+        let rho = material.reflectance;
+        let mut line = format!(
+            "    {:20} {triangles:>8} triangles, reflectance {:.3},{:.3},{:.3}",
+            material.name, rho.x, rho.y, rho.z
+        );
+        if material.reflectance_texture.is_some() {
+            line += " x texture";
+        }
+        let l = material.radiance;
+        if l.max_element() > 0.0 {
+            line += &format!(", radiance {:.4},{:.4},{:.4}", l.x, l.y, l.z);
+        }
+        print(&line);
+    }
+    for lamp in &scene.lamps {
+        let (kind, name) = match lamp {
+            Lamp::Point { name, .. } => ("point", name),
+            Lamp::Spot { name, .. } => ("spot", name),
+            Lamp::Directional { name, .. } => ("directional", name),
+        };
+        print(&format!("  lamp:      {name} ({kind})"));
+    }
+    for camera in &scene.cameras {
+        print(&format!("  camera:    {}", camera.name));
+    }
+    for severity in [Severity::Warning, Severity::Note] {
+        for f in scene.findings.iter().filter(|f| f.severity == severity) {
+            let label = if severity == Severity::Warning { "warning" } else { "note" };
+            print(&format!("  {label}: {}: {}{}", f.place, f.message, remedy(&f.remedy)));
+        }
+    }
+}
