@@ -319,6 +319,12 @@ impl Patches {
         self.cuts.owner(id, || self.cell(id).local(l), DVec2::new(l.y, l.z))
     }
 
+    /// How contacts cut a patch, for a twin of [`owner`](Self::owner).
+    #[cfg(feature = "gpu")]
+    pub(crate) fn cut_of(&self, id: PatchId) -> Option<&cut::CutPatch> {
+        self.cuts.of(id)
+    }
+
     /// Whether something stands on or passes through the surface near a patch.
     pub(crate) fn has_contact(&self, id: PatchId) -> bool {
         let cell = self.cell(id);

@@ -55,6 +55,17 @@ impl Default for HemicubeOptions {
     }
 }
 
+impl HemicubeOptions {
+    /// An error if the resolution is not one that hemicubes can have.
+    pub(super) fn check(&self) -> Result<(), HemicubeError> {
+        let n = self.resolution;
+        if !(16..=1024).contains(&n) || n % 2 == 1 {
+            return Err(HemicubeError::Resolution(n));
+        }
+        Ok(())
+    }
+}
+
 /// Why hemicubes cannot be made as asked.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum HemicubeError {
@@ -108,10 +119,8 @@ impl<'a> Hemicube<'a> {
         patches: &'a Patches,
         options: HemicubeOptions,
     ) -> Result<Self, HemicubeError> {
+        options.check()?;
         let n = options.resolution;
-        if !(16..=1024).contains(&n) || n % 2 == 1 {
-            return Err(HemicubeError::Resolution(n));
-        }
         let delta = DeltaFormFactors::new(n);
         let faces = Face::hemicube(n);
         let pad = |weights: &[u32]| -> Vec<u32> {
