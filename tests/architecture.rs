@@ -62,14 +62,15 @@ fn sources() -> Vec<Source> {
     found
 }
 
-/// Without comments, and without what follows the unit tests' `#[cfg(test)]`.
+/// Without comments and unit tests.
 fn code_of(text: &str) -> String {
     let mut code = String::new();
     let mut lines = text.lines().peekable();
     while let Some(line) = lines.next() {
         let tests = lines.peek().is_some_and(|next| next.contains("mod tests {"));
         if line == "#[cfg(test)]" && tests {
-            break;
+            lines.by_ref().find(|&line| line == "}");
+            continue;
         }
         code += line.split("//").next().unwrap();
         code.push('\n');
@@ -248,9 +249,9 @@ fn the_documents_point_at_files_that_exist() {
 fn the_reader_of_sources_finds_what_it_looks_for() {
     let code = code_of(
         "use crate::{a::B, c::{D, E}, f};\nlet x = crate::g::H; // crate::no\n\
-         use super::super::i;\n#[cfg(test)]\nmod tests {\n    use crate::j;\n}\n",
+         use super::super::i;\n#[cfg(test)]\nmod tests {\n    use crate::j;\n}\nuse crate::k;\n",
     );
-    assert_eq!(names_after(&code, "crate::"), ["a", "c", "f", "g"]);
+    assert_eq!(names_after(&code, "crate::"), ["a", "c", "f", "g", "k"]);
     assert_eq!(names_after(&code, "super::super::"), ["i"]);
     assert_eq!(names_after(&code, "super::"), ["super"], "a longer path is another place");
     assert_eq!(words("fs::read(offs, fs)", "fs").count(), 2);
