@@ -9,12 +9,20 @@
 //! Ids are consecutive: the fronts of all source triangles in file order, then the backs. Within
 //! one uniformly split side the id follows from the barycentric coordinates in O(1).
 
+mod box_tree;
 mod cell;
+mod contact;
+mod cut;
 
 use glam::{DVec2, DVec3};
 use thiserror::Error;
 
+use std::collections::HashMap;
+use std::sync::Arc;
+
 pub use cell::Cell;
+use contact::{ContactLines, Plane};
+use cut::Cuts;
 
 use crate::scene::{Geometry, Side, TriangleId};
 
@@ -106,6 +114,10 @@ pub struct Patches {
     cells: Vec<Cell>,
     /// Area of each patch, m².
     areas: Vec<f64>,
+    contacts: Arc<ContactLines>,
+    cuts: Cuts,
+    /// Points that stand for their patch where the centroid is covered.
+    origins: HashMap<PatchId, SurfacePoint>,
 }
 
 impl Patches {
@@ -117,6 +129,9 @@ impl Patches {
             splits: vec![Split::None; 2 * geometry.len()],
             cells: Vec::new(),
             areas: Vec::new(),
+            contacts: Arc::new(ContactLines::find(geometry)),
+            cuts: Cuts::default(),
+            origins: HashMap::new(),
         };
         for side in Side::BOTH {
             for triangle in geometry.ids().filter(|&t| geometry.exchanges(t, side)) {
@@ -129,6 +144,7 @@ impl Patches {
                 patches.areas.resize(patches.cells.len(), area);
             }
         }
+        patches.cuts = Cuts::find(&patches, &patches.contacts);
         Ok(patches)
     }
 
@@ -214,15 +230,68 @@ impl Patches {
         .map(PatchId)
     }
 
-    /// The patch under a point; `None` on a side that exchanges no light.
+    /// The patch that a point belongs to; `None` on a side that exchanges no light. Mostly the patch
+    /// under it, or a neighbour if something that stands on the surface parts it from the centre of
+    /// that patch.
     #[must_use]
     pub fn at(&self, p: SurfacePoint) -> Option<PatchId> {
-        match self.split_of(p.triangle, p.side) {
-            Split::None => None,
-            Split::Uniform { first, level } => {
-                Some(PatchId(first + cell::index_in_grid(level, p.barycentric())))
+        let Split::Uniform { first, level } = self.split_of(p.triangle, p.side) else {
+            return None;
+        };
+        let l = p.barycentric();
+        let id = PatchId(first + cell::index_in_grid(level, l));
+        Some(self.owner(id, l))
+    }
+
+    /// The point that stands for a patch where one must: its centroid, unless that is covered.
+    #[must_use]
+    pub fn origin(&self, id: PatchId) -> SurfacePoint {
+        self.origins.get(&id).copied().unwrap_or_else(|| self.center(id))
+    }
+
+    /// The same patches, some of them with another [`origin`](Self::origin) (on the patch itself).
+    #[must_use]
+    pub fn with_origins(mut self, origins: HashMap<PatchId, SurfacePoint>) -> Self {
+        self.origins = origins;
+        self.cuts = Cuts::find(&self, &self.contacts);
+        self
+    }
+
+    /// Whether something parts patches of this side, so that [`owner`](Self::owner) matters.
+    #[inline(always)]
+    pub(crate) fn has_cuts(&self, side: usize) -> bool {
+        self.cuts.on_side(side)
+    }
+
+    /// The patch that a point in the cell of patch `id` belongs to, by its barycentric coordinates.
+    pub(crate) fn owner(&self, id: PatchId, l: DVec3) -> PatchId {
+        self.cuts.owner(id, || self.cell(id).local(l), DVec2::new(l.y, l.z))
+    }
+
+    /// Whether something stands on or passes through the surface near a patch.
+    pub(crate) fn has_contact(&self, id: PatchId) -> bool {
+        let cell = self.cell(id);
+        let lines = self.contacts.of(side_index(cell.triangle, cell.side));
+        /// Strips from the centre within which a contact concerns a patch: two rings about it.
+        const REACH: f64 = 2.0;
+        let reach = REACH / f64::from(cell.strips());
+        let centre = cell.point(DVec3::splat(1.0 / 3.0)).uv;
+        lines.iter().any(|l| l.near(centre, reach))
+    }
+
+    /// Whether nothing that stands on the surface parts the origins of two patches near each other.
+    pub(crate) fn see_each_other(&self, geometry: &Geometry, a: PatchId, b: PatchId) -> bool {
+        let ends = [a, b].map(|i| self.origin(i).position(geometry));
+        [a, b].iter().all(|&i| {
+            let cell = self.cell(i);
+            let lines = self.contacts.of(side_index(cell.triangle, cell.side));
+            if lines.is_empty() {
+                return true;
             }
-        }
+            let plane = Plane::of(geometry.corners(cell.triangle));
+            let [p, q] = ends.map(|e| plane.uv(e));
+            !lines.iter().any(|l| l.parts(p, q))
+        })
     }
 
     /// The point of a patch with coordinates `u` in the unit square, uniform in area.

@@ -7,6 +7,8 @@
 mod mesh;
 mod topology;
 
+use std::collections::HashMap;
+
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
@@ -21,6 +23,8 @@ pub struct Field<'a> {
     mesh: Mesh,
     /// Irradiance at each vertex of the conforming triangulation.
     vertices: Vec<Rgb>,
+    /// Irradiance at the corners of patches near contacts, as seen from their own side of it.
+    parted: HashMap<PatchId, [Rgb; 3]>,
     /// Irradiance of each patch.
     irradiance: &'a [Rgb],
 }
@@ -40,19 +44,45 @@ impl<'a> Field<'a> {
         let centres: Vec<DVec3> =
             patches.ids().map(|i| patches.center(i).position(geometry)).collect();
         let positions = mesh.positions(geometry, patches);
-        let vertices = (0..mesh.len())
+        let ring = |v: usize| {
+            if mesh.on_border(v) {
+                incidence.second_ring(patches, &mesh, v)
+            } else {
+                incidence.around(v).to_vec()
+            }
+        };
+        let vertices: Vec<Rgb> = (0..mesh.len())
             .into_par_iter()
-            .map(|v| {
-                let near = incidence.around(v);
-                let ring = if mesh.on_border(v) {
-                    incidence.second_ring(patches, &mesh, v)
-                } else {
-                    near.to_vec()
-                };
-                fit(positions[v], &ring, &centres, irradiance)
+            .map(|v| fit(positions[v], &ring(v), &centres, irradiance))
+            .collect();
+        let mut touched = vec![false; mesh.len()];
+        for id in patches.ids().filter(|&i| patches.has_contact(i)) {
+            for v in mesh.corners(&patches.cell(id)) {
+                touched[v.0 as usize] = true;
+            }
+        }
+        // Near a contact each patch has corners of its own, from the patches that it sees.
+        let parted = patches
+            .ids()
+            .collect::<Vec<_>>()
+            .into_par_iter()
+            .filter_map(|id| {
+                let corners = mesh.corners(&patches.cell(id));
+                if !corners.iter().any(|v| touched[v.0 as usize]) {
+                    return None;
+                }
+                let values = corners.map(|v| {
+                    let mut near = incidence.second_ring(patches, &mesh, v.0 as usize);
+                    near.retain(|&q| patches.see_each_other(geometry, id, q));
+                    if near.is_empty() {
+                        return vertices[v.0 as usize];
+                    }
+                    fit(positions[v.0 as usize], &near, &centres, irradiance)
+                });
+                Some((id, values))
             })
             .collect();
-        Self { patches, mesh, vertices, irradiance }
+        Self { patches, mesh, vertices, parted, irradiance }
     }
 
     /// Irradiance at a point of a surface, W/m² or lx; zero where no light is exchanged.
@@ -60,13 +90,18 @@ impl<'a> Field<'a> {
     pub fn at(&self, p: SurfacePoint) -> Rgb {
         let Some(id) = self.patches.at(p) else { return Rgb::ZERO };
         let cell = self.patches.cell(id);
-        let local = cell.local(p.barycentric()).clamp(DVec3::ZERO, DVec3::ONE);
-        let local = local / (local.x + local.y + local.z);
+        let local = cell.local(p.barycentric());
+        let linear =
+            |c: [Rgb; 3]| (c[0] * local.x + c[1] * local.y + c[2] * local.z).max(Rgb::ZERO);
+        if let Some(corners) = self.parted.get(&id) {
+            return linear(*corners);
+        }
         let value = |v: VertexId| self.vertices[v.0 as usize];
         let corners = self.mesh.corners(&cell).map(value);
         if !self.mesh.has_hanging(&cell) {
-            return corners[0] * local.x + corners[1] * local.y + corners[2] * local.z;
+            return linear(corners);
         }
+        let local = local.clamp(DVec3::ZERO, DVec3::ONE);
         // Stitched: a fan about the centre over all vertices on the outline.
         let k = (0..3).min_by(|&a, &b| local[a].total_cmp(&local[b])).unwrap_or(0);
         let centre = (corners[0] + corners[1] + corners[2]) / 3.0;

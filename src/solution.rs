@@ -15,6 +15,7 @@ use crate::reconstruct::Field;
 use crate::report::{EngineReport, Report, RowsReport, Stage};
 use crate::scene::{Rgb, Scene};
 use crate::solve::{EnergyBalance, SolveError, SolveOptions, System, solve};
+use crate::visibility::{COVERED, uncover};
 
 /// How a scene is lit.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -99,9 +100,6 @@ impl Solution {
     }
 }
 
-/// A patch that sends more than this share of its light to backs lies under something.
-pub const COVERED: f64 = 0.5;
-
 /// Lights a scene.
 pub fn light(
     scene: &Scene,
@@ -112,7 +110,7 @@ pub fn light(
     let mut clock = Clock::start();
     let patch_size =
         options.patch_size.unwrap_or_else(|| Patches::area_adding(geometry, DEFAULT_PATCHES));
-    let patches = Patches::uniform(geometry, patch_size)?;
+    let patches = uncover(geometry, Patches::uniform(geometry, patch_size)?);
     clock.lap("subdivide");
 
     let rho = direct::reflectance(&scene.optics, &patches);

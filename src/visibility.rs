@@ -9,11 +9,13 @@
 //! behind the pinhole, and an edge shared by two triangles gives exactly opposite values on both, so
 //! that no pixel falls between them.
 
+mod covered;
 mod item_buffer;
 mod occluders;
 mod simd;
 mod surroundings;
 
+pub use covered::{COVERED, uncover};
 pub(crate) use item_buffer::each_face;
 pub use item_buffer::{Edges, Face, ItemBuffer, PatchArea};
 pub use occluders::{Frame, Occluders, View};

@@ -10,17 +10,19 @@
 //!   nothing needs to be divided by a total.
 //! - [`Draw::Sources`] projects source triangles instead of patches and looks up the patch under
 //!   each pixel: a row then costs the same however fine the mesh is.
+//! - A pixel on a part of a patch that something standing on it parts from the patch's centre counts
+//!   for the neighbour that the part belongs to ([`Patches::at`]).
 //! - The patch's own source triangle is left out by its id, never by depth.
 
 use std::sync::{Mutex, PoisonError};
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use thiserror::Error;
 
 use super::delta::{DeltaFormFactors, ONE};
 use super::rows::{Engine, EngineError, Row, Weights};
-use crate::patches::{PatchId, Patches, Split};
+use crate::patches::{PatchId, Patches, Split, side_index};
 use crate::scene::{Geometry, Side, TriangleId};
 use crate::visibility::{
     Edges, Face, Frame, ItemBuffer, LANES, NOTHING, Occluders, PatchArea, View, code, each_face,
@@ -77,7 +79,8 @@ pub struct Hemicube<'a> {
 struct Scratch {
     view: View,
     buffers: [ItemBuffer; 5],
-    /// Edge functions of the solid triangles drawn.
+    /// Edge functions of the triangles drawn: by solid triangle, or by source triangle when patches
+    /// are drawn.
     edges: Vec<Edges>,
     /// Weight of each patch seen so far in this row.
     sums: Vec<u32>,
@@ -163,7 +166,7 @@ multiversion! {
 fn make_row_kernel(engine: &Hemicube<'_>, id: PatchId, scratch: &mut Scratch, row: &mut Row) {
     let cell = engine.patches.cell(id);
     let normal = engine.geometry.normal(cell.triangle, cell.side);
-    let centre = engine.patches.center(id).position(engine.geometry);
+    let centre = engine.patches.origin(id).position(engine.geometry);
     engine.occluders.look(&Frame::on_surface(centre, normal), &mut scratch.view);
     for (buffer, face) in scratch.buffers.iter_mut().zip(&engine.faces) {
         buffer.clear(face);
@@ -211,12 +214,14 @@ fn project_sources(engine: &Hemicube<'_>, own: TriangleId, s: &mut Scratch) {
 /// Projects every patch but those of the own source triangle on the faces; items are patches.
 #[inline(always)]
 fn project_patches(engine: &Hemicube<'_>, own: TriangleId, s: &mut Scratch) {
+    s.edges.resize(engine.geometry.len(), Edges::default());
     for (i, &id) in engine.occluders.ids().iter().enumerate() {
         if engine.occluders.faces_in(&s.view, i) == 0 || id == own {
             continue;
         }
         let corners = engine.occluders.corners_in(&s.view, i);
         let Some(edges) = Edges::new(corners) else { continue };
+        s.edges[id.index()] = edges;
         let side = if edges.back { Side::Back } else { Side::Front };
         let mut draw = |patch: [Vec3; 3], area: &PatchArea, item: u32| {
             let joined = patch.iter().fold(0, |c, p| c | code(p.x, p.y, p.z));
@@ -286,22 +291,33 @@ impl Scratch {
 /// Sums the weights of each patch in the item buffers.
 #[inline(always)]
 fn count_patches(engine: &Hemicube<'_>, s: &mut Scratch) {
-    for (f, face) in engine.faces.iter().enumerate() {
-        let weights = &engine.weights[usize::from(f > 0)];
-        let buffer = std::mem::take(&mut s.buffers[f]);
-        for (items, weights) in
-            buffer.items().chunks(face.stride()).zip(weights.chunks(face.stride()))
+    each_face!(F => {
+        let face = &engine.faces[F];
+        let weights = &engine.weights[usize::from(F != 0)];
+        let buffer = std::mem::take(&mut s.buffers[F]);
+        for (y, (items, weights)) in
+            buffer.items().chunks(face.stride()).zip(weights.chunks(face.stride())).enumerate()
         {
-            for (&item, &weight) in items.iter().zip(weights) {
+            let y = face.y()[y];
+            for ((&item, &weight), &x) in items.iter().zip(weights).zip(face.x()) {
                 match item {
                     NOTHING => s.environment += u64::from(weight),
                     BACK => s.back += u64::from(weight),
-                    patch => s.add(patch, weight),
+                    patch => {
+                        let cell = engine.patches.cell(PatchId(patch));
+                        let patch = if engine.patches.has_cuts(side_index(cell.triangle, cell.side)) {
+                            let e = s.edges[cell.triangle.index()].turned::<F>();
+                            owner(engine, patch, e.map(|e| e[0] * x + (e[1] * y + e[2])))
+                        } else {
+                            patch
+                        };
+                        s.add(patch, weight);
+                    }
                 }
             }
         }
-        s.buffers[f] = buffer;
-    }
+        s.buffers[F] = buffer;
+    });
 }
 
 /// Looks up the patch under each pixel and sums the weights. Pixels come in runs of one source
@@ -348,9 +364,12 @@ fn count_run<const F: usize>(
     }
     let solid = item as usize / 2;
     let triangle = engine.occluders.ids()[solid];
-    match engine.patches.splits()[2 * triangle.index() + (item as usize & 1)] {
+    let side = 2 * triangle.index() + (item as usize & 1);
+    match engine.patches.splits()[side] {
         Split::None => s.back += u64::from(whole()),
-        Split::Uniform { first, level: 0 } => s.add(first, whole()),
+        Split::Uniform { first, level: 0 } if !engine.patches.has_cuts(side) => {
+            s.add(first, whole());
+        }
         Split::Uniform { first, level } => {
             let face = &engine.faces[F];
             let [e0, e1, e2] = s.edges[solid].turned::<F>();
@@ -367,12 +386,24 @@ fn count_run<const F: usize>(
                     ids[l] = index_in_grid(n, e0[0] * x + c0, e1[0] * x + c1, e2[0] * x + c2);
                 }
                 let (from, to) = (run.start.max(start), run.end.min(start + LANES));
+                if engine.patches.has_cuts(side) {
+                    for l in from - start..to - start {
+                        let f = [e0[0] * xs[l] + c0, e1[0] * xs[l] + c1, e2[0] * xs[l] + c2];
+                        ids[l] = owner(engine, first + ids[l], f) - first;
+                    }
+                }
                 for (&id, &weight) in ids[from - start..to - start].iter().zip(&weights[from..to]) {
                     s.add(first + id, weight);
                 }
             }
         }
     }
+}
+
+/// The patch that the point with edge functions `f` in the cell of patch `id` belongs to.
+fn owner(engine: &Hemicube<'_>, id: u32, f: [f32; 3]) -> u32 {
+    let f = DVec3::from_array(f.map(f64::from));
+    engine.patches.owner(PatchId(id), f / (f.x + f.y + f.z)).0
 }
 
 /// Index of the patch in a grid of `n` strips where the edge functions have the values `f0, f1, f2`;
