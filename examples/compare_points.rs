@@ -53,7 +53,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     let rms = (pairs.iter().map(|p| error(p).powi(2)).sum::<f64>() / pairs.len() as f64).sqrt();
     pairs.sort_by(|a, b| error(b).abs().total_cmp(&error(a).abs()));
     println!("{} patches, {} points", solution.patches.len(), pairs.len());
-    println!("RMS {:.2} %, median {:.2} %", 100.0 * rms, 100.0 * error(&pairs[pairs.len() / 2]).abs());
+    println!(
+        "RMS {:.2} %, median {:.2} %",
+        100.0 * rms,
+        100.0 * error(&pairs[pairs.len() / 2]).abs()
+    );
     for p in pairs.iter().take(8) {
         println!("{:+.1} %: {:.5} for {:.5} at {}", 100.0 * error(p), p.0, p.1, &p.2);
     }
