@@ -3,6 +3,8 @@
 //! The CSV has columns x, y, z, nx, ny, nz, covered, E_r, E_g, E_b. Prints the RMS and the worst of
 //! the relative error of luminance over uncovered points brighter than 1 % of the mean.
 
+#![allow(clippy::print_stdout, reason = "an example")]
+
 use std::error::Error;
 use std::path::Path;
 
@@ -24,6 +26,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let resolution = rest.get(1).map_or(Ok(128), |r| r.parse())?;
     let options = LightOptions {
         patch_size,
+        adaptive: None,
         hemicube: HemicubeOptions { resolution, ..HemicubeOptions::default() },
         solve: SolveOptions::default(),
         memory: 8 << 30,

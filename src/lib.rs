@@ -16,6 +16,7 @@ pub mod visibility;
 pub mod form_factors;
 pub mod direct;
 pub mod solve;
+pub mod refine;
 pub mod reconstruct;
 pub mod report;
 pub mod solution;

@@ -9,6 +9,7 @@
 //! Ids are consecutive: the fronts of all source triangles in file order, then the backs. Within
 //! one uniformly split side the id follows from the barycentric coordinates in O(1).
 
+mod adaptive;
 mod box_tree;
 mod cell;
 mod contact;
@@ -20,6 +21,7 @@ use thiserror::Error;
 use std::collections::HashMap;
 use std::sync::Arc;
 
+pub use adaptive::SplitCells;
 pub use cell::Cell;
 use contact::{ContactLines, Plane};
 use cut::Cuts;
@@ -103,6 +105,26 @@ pub enum Split {
         /// Number of splits.
         level: u8,
     },
+    /// Cells of several levels with consecutive ids.
+    Adaptive {
+        /// Id of the first patch.
+        first: u32,
+        /// Number of patches.
+        count: u32,
+        /// Number of splits of the finest grid that they are made of.
+        level: u8,
+    },
+}
+
+impl Split {
+    /// Number of splits of the finest patches; `None` without patches.
+    #[must_use]
+    pub fn level(self) -> Option<u8> {
+        match self {
+            Self::None => None,
+            Self::Uniform { level, .. } | Self::Adaptive { level, .. } => Some(level),
+        }
+    }
 }
 
 /// The patches of a scene. Never changes.
@@ -118,6 +140,16 @@ pub struct Patches {
     cuts: Cuts,
     /// Points that stand for their patch where the centroid is covered.
     origins: HashMap<PatchId, SurfacePoint>,
+    /// Of an adaptive mesh, the uniform one that it coarsens.
+    finest: Option<Finest>,
+}
+
+/// The uniform mesh under an adaptive one.
+#[derive(Debug, Clone)]
+struct Finest {
+    patches: Arc<Patches>,
+    /// The adaptive patch that each of the uniform ones is a part of.
+    patch_of: Vec<u32>,
 }
 
 impl Patches {
@@ -132,6 +164,7 @@ impl Patches {
             contacts: Arc::new(ContactLines::find(geometry)),
             cuts: Cuts::default(),
             origins: HashMap::new(),
+            finest: None,
         };
         for side in Side::BOTH {
             for triangle in geometry.ids().filter(|&t| geometry.exchanges(t, side)) {
@@ -226,6 +259,7 @@ impl Patches {
         match self.split_of(triangle, side) {
             Split::None => 0..0,
             Split::Uniform { first, level } => first..first + (1 << (2 * u32::from(level))),
+            Split::Adaptive { first, count, .. } => first..first + count,
         }
         .map(PatchId)
     }
@@ -235,6 +269,10 @@ impl Patches {
     /// that patch.
     #[must_use]
     pub fn at(&self, p: SurfacePoint) -> Option<PatchId> {
+        if let Some(finest) = &self.finest {
+            let id = finest.patches.at(p)?;
+            return Some(PatchId(finest.patch_of[id.index()]));
+        }
         let Split::Uniform { first, level } = self.split_of(p.triangle, p.side) else {
             return None;
         };
@@ -255,6 +293,13 @@ impl Patches {
         self.origins = origins;
         self.cuts = Cuts::find(&self, &self.contacts);
         self
+    }
+
+    /// The uniform mesh that look-ups go through, and for each of its patches the one of this mesh;
+    /// `None` for a uniform mesh, which is its own.
+    #[must_use]
+    pub fn finest(&self) -> Option<(&Self, &[u32])> {
+        self.finest.as_ref().map(|f| (&*f.patches, &f.patch_of[..]))
     }
 
     /// Whether something parts patches of this side, so that [`owner`](Self::owner) matters.
@@ -317,7 +362,8 @@ pub fn side_index(triangle: TriangleId, side: Side) -> usize {
 }
 
 /// Number of 1-to-4 splits after which `area` is at most `max_area`.
-fn level_for(area: f64, max_area: f64) -> u8 {
+#[must_use]
+pub(crate) fn level_for(area: f64, max_area: f64) -> u8 {
     let mut level = 0;
     let mut a = area;
     while a > max_area && level < 60 {

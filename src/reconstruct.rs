@@ -98,7 +98,7 @@ impl<'a> Field<'a> {
         }
         let value = |v: VertexId| self.vertices[v.0 as usize];
         let corners = self.mesh.corners(&cell).map(value);
-        if !self.mesh.has_hanging(&cell) {
+        if !self.mesh.has_hanging(id) {
             return linear(corners);
         }
         let local = local.clamp(DVec3::ZERO, DVec3::ONE);
@@ -112,10 +112,9 @@ impl<'a> Field<'a> {
         }
         let along = ((local[to] - local[k]) / (1.0 - share)).clamp(0.0, 1.0);
         let edge = self.mesh.edge_vertices(&cell, from);
-        let at = along * edge.segments() as f64;
-        let segment = (at as u32).min(edge.segments() - 1);
-        let (a, b) = (value(edge.vertex(segment)), value(edge.vertex(segment + 1)));
-        let t = at - f64::from(segment);
+        let next = edge.partition_point(|e| e.0 <= along).clamp(1, edge.len() - 1);
+        let ((t0, a), (t1, b)) = (edge[next - 1], edge[next]);
+        let (a, b, t) = (value(a), value(b), (along - t0) / (t1 - t0));
         (a + (b - a) * t) * (1.0 - share) + centre * share
     }
 

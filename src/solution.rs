@@ -1,5 +1,6 @@
 //! From a scene to the irradiance of its patches: subdivide, make form factors, solve.
 
+use std::sync::Arc;
 use std::time::Instant;
 
 use thiserror::Error;
@@ -12,6 +13,7 @@ use crate::form_factors::{
 use crate::patches::{PatchId, Patches, PatchesError};
 use crate::progress::Progress;
 use crate::reconstruct::Field;
+use crate::refine::factor::{FactorRule, RefineError};
 use crate::report::{EngineReport, Report, RowsReport, Stage};
 use crate::scene::{Rgb, Scene};
 use crate::solve::{EnergyBalance, SolveError, SolveOptions, System, solve};
@@ -23,12 +25,23 @@ pub struct LightOptions {
     /// Largest area of a patch, m². Default: what adds about [`DEFAULT_PATCHES`] patches to the
     /// source triangles.
     pub patch_size: Option<f64>,
+    /// Split further where form factors demand it.
+    pub adaptive: Option<Adaptive>,
     /// The hemicubes.
     pub hemicube: HemicubeOptions,
     /// The solver.
     pub solve: SolveOptions,
     /// Bytes that the work may take.
     pub memory: u64,
+}
+
+/// The paper's adaptive subdivision.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Adaptive {
+    /// Largest form factor allowed, 0..1.
+    pub max_factor: f64,
+    /// Patches are split only while their area exceeds this, m².
+    pub min_area: f64,
 }
 
 /// Number of patches aimed at where no size is given, beyond one a side of each source triangle.
@@ -40,6 +53,9 @@ pub enum LightError {
     /// It could not be subdivided.
     #[error(transparent)]
     Patches(#[from] PatchesError),
+    /// The adaptive subdivision failed.
+    #[error(transparent)]
+    Refine(#[from] RefineError),
     /// The hemicubes' options are wrong.
     #[error(transparent)]
     Hemicube(#[from] HemicubeError),
@@ -74,7 +90,9 @@ impl LightError {
     pub fn is_cancelled(&self) -> bool {
         matches!(
             self,
-            Self::Assemble(AssembleError::Cancelled) | Self::Solve(SolveError::Cancelled)
+            Self::Assemble(AssembleError::Cancelled)
+                | Self::Refine(RefineError::Assemble(AssembleError::Cancelled))
+                | Self::Solve(SolveError::Cancelled)
         )
     }
 }
@@ -108,23 +126,45 @@ pub fn light(
 ) -> Result<Solution, LightError> {
     let geometry = &scene.geometry;
     let mut clock = Clock::start();
-    let patch_size =
-        options.patch_size.unwrap_or_else(|| Patches::area_adding(geometry, DEFAULT_PATCHES));
-    let patches = uncover(geometry, Patches::uniform(geometry, patch_size)?);
+    let patch_size = match (options.patch_size, options.adaptive) {
+        (Some(size), _) => size,
+        (None, None) => Patches::area_adding(geometry, DEFAULT_PATCHES),
+        // Adaptive subdivision begins with whole source triangles.
+        (None, Some(_)) => f64::INFINITY,
+    };
+    let finest = options.adaptive.map_or(patch_size, |a| a.min_area.min(patch_size));
+    let finest = uncover(geometry, Patches::uniform(geometry, finest)?);
     clock.lap("subdivide");
+
+    let mut engine = Hemicube::new(geometry, &finest, options.hemicube)?;
+    check_memory(&mut engine, &finest, patch_size, options.memory)?;
+    let engine_report = EngineReport {
+        name: engine.name(),
+        resolution: options.hemicube.resolution,
+        draw: match options.hemicube.draw {
+            Draw::Sources => "sources",
+            Draw::Patches => "patches",
+        },
+    };
+    let (patches, factors) = match options.adaptive {
+        None => {
+            let factors = lit_rows(scene, &finest, &mut engine, options.memory, progress)?;
+            drop(engine);
+            (finest, factors)
+        }
+        Some(Adaptive { max_factor, min_area }) => {
+            let start_area = Some(patch_size);
+            let rule = FactorRule { max_factor, min_area, start_area, balance: true };
+            progress.stage("form factors", 0);
+            let shared = Arc::new(finest.clone());
+            let refined = rule.refine(geometry, shared, &mut engine, options.memory, progress)?;
+            (refined.patches, refined.factors)
+        }
+    };
+    clock.lap("form factors");
 
     let rho = direct::reflectance(&scene.optics, &patches);
     let emission = direct::emission(&scene.optics, &patches);
-    let mut engine = Hemicube::new(geometry, &patches, options.hemicube)?;
-    check_memory(&mut engine, &patches, patch_size, options.memory)?;
-    let mut factors = FormFactors::new(patches.len(), options.memory);
-    let has_sky = scene.sky.max_element() > 0.0;
-    let seeds = patches.ids().filter(|i| has_sky || emission[i.index()].max_element() > 0.0);
-    let shines = |i: PatchId| (rho[i.index()] + emission[i.index()]).max_element() > 0.0;
-    progress.stage("form factors", patches.len() as u64);
-    assemble_lit(&mut engine, &patches, seeds, shines, &mut factors, progress)?;
-    clock.lap("form factors");
-
     let direct = direct::through_rows(&factors, &emission, scene.sky);
     let areas: Vec<f64> = patches.ids().map(|i| patches.area(i)).collect();
     let system = System { factors: &factors, rho: &rho, direct: &direct, areas: &areas };
@@ -139,14 +179,7 @@ pub fn light(
         source_triangles: geometry.len(),
         patches: patches.len(),
         patch_size,
-        engine: Some(EngineReport {
-            name: engine.name(),
-            resolution: options.hemicube.resolution,
-            draw: match options.hemicube.draw {
-                Draw::Sources => "sources",
-                Draw::Patches => "patches",
-            },
-        }),
+        engine: Some(engine_report),
         rows: Some(rows_report(&factors, &areas)),
         solve: Some(solved),
         energy: Some(EnergyBalance::of(&system, &emission, scene.sky, None, &irradiance)),
@@ -154,6 +187,25 @@ pub fn light(
         peak_memory_bytes: None,
     };
     Ok(Solution { patches, irradiance, usable, report })
+}
+
+/// The rows of all patches that light can reach.
+fn lit_rows(
+    scene: &Scene,
+    patches: &Patches,
+    engine: &mut dyn Engine,
+    memory: u64,
+    progress: &dyn Progress,
+) -> Result<FormFactors, AssembleError> {
+    let rho = direct::reflectance(&scene.optics, patches);
+    let emission = direct::emission(&scene.optics, patches);
+    let mut factors = FormFactors::new(patches.len(), memory);
+    let has_sky = scene.sky.max_element() > 0.0;
+    let seeds = patches.ids().filter(|i| has_sky || emission[i.index()].max_element() > 0.0);
+    let shines = |i: PatchId| (rho[i.index()] + emission[i.index()]).max_element() > 0.0;
+    progress.stage("form factors", patches.len() as u64);
+    assemble_lit(engine, patches, seeds, shines, &mut factors, progress)?;
+    Ok(factors)
 }
 
 /// Rows made beforehand to learn how many entries a row has.

@@ -39,6 +39,7 @@ struct View {
 fn paint(scene: &Scene, view: View, to: &Path) {
     let options = LightOptions {
         patch_size: Some(view.patch_size),
+        adaptive: None,
         hemicube: HemicubeOptions { resolution: 64, ..HemicubeOptions::default() },
         solve: SolveOptions::default(),
         memory: 1 << 30,

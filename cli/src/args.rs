@@ -131,6 +131,14 @@ pub struct Light {
     #[arg(long, value_name = "AREA")]
     pub patch_size: Option<f64>,
 
+    /// Split adaptively: patches that any other sees under a larger form factor (0..1) are split
+    #[arg(long, value_name = "EPS", requires = "min_patch")]
+    pub max_factor: Option<f64>,
+
+    /// Adaptive splitting stops at patches of this area in m²
+    #[arg(long, value_name = "AREA", requires = "max_factor")]
+    pub min_patch: Option<f64>,
+
     /// Pixels along a hemicube's top, even, 16 to 1024
     #[arg(long, value_name = "N", default_value_t = 128)]
     pub resolution: usize,

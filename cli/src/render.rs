@@ -6,10 +6,11 @@ use std::time::Instant;
 use hemicube::export::{write_png, write_whole};
 use hemicube::form_factors::{Draw, HemicubeOptions};
 use hemicube::progress::Progress;
+use hemicube::refine::factor::RefineError;
 use hemicube::render::{PictureOptions, RenderError, Renderer};
 use hemicube::report::{Report, Stage};
 use hemicube::scene::Scene;
-use hemicube::solution::{LightError, LightOptions, Solution, light};
+use hemicube::solution::{Adaptive, LightError, LightOptions, Solution, light};
 use hemicube::solve::{Method, SolveOptions};
 use hemicube::tone::{KEY, Tone};
 
@@ -89,6 +90,10 @@ fn output_of(scene: &Scene, args: &Render) -> Result<PathBuf, Failure> {
 pub fn lit(scene: &Scene, args: &Light, bar: &Bar) -> Result<Solution, Failure> {
     let options = LightOptions {
         patch_size: args.patch_size,
+        adaptive: args
+            .max_factor
+            .zip(args.min_patch)
+            .map(|(max_factor, min_area)| Adaptive { max_factor, min_area }),
         hemicube: HemicubeOptions {
             resolution: args.resolution,
             draw: match args.draw {
@@ -108,17 +113,25 @@ pub fn lit(scene: &Scene, args: &Light, bar: &Bar) -> Result<Solution, Failure> 
     };
     let solution = light(scene, &options, bar).map_err(|e| match e {
         e if e.is_cancelled() => Failure::Cancelled,
-        LightError::Patches(_) | LightError::Hemicube(_) | LightError::Memory { .. } => {
-            Failure::input(e)
-        }
+        LightError::Patches(_)
+        | LightError::Refine(RefineError::Tolerance(_))
+        | LightError::Hemicube(_)
+        | LightError::Memory { .. } => Failure::input(e),
         e => Failure::failed(e),
     })?;
     bar.finish();
     if !args.quiet {
         let r = &solution.report;
         say(&format!(
-            "{}: {} source triangles, {} patches of at most {:.4} m² (--patch-size)",
-            r.scene, r.source_triangles, r.patches, r.patch_size
+            "{}: {} source triangles, {} patches{}",
+            r.scene,
+            r.source_triangles,
+            r.patches,
+            if args.max_factor.is_some() {
+                String::new()
+            } else {
+                format!(" of at most {:.4} m² (--patch-size)", r.patch_size)
+            }
         ));
     }
     Ok(solution)

@@ -66,6 +66,10 @@ pub enum HemicubeError {
 pub struct Hemicube<'a> {
     geometry: &'a Geometry,
     patches: &'a Patches,
+    /// The uniform mesh that the patch under a pixel is looked up in.
+    finest: &'a Patches,
+    /// For each of its patches the patch that it is a part of, if that is another mesh.
+    patch_of: Option<&'a [u32]>,
     draw: Draw,
     occluders: Occluders,
     faces: [Face; 5],
@@ -121,7 +125,12 @@ impl<'a> Hemicube<'a> {
         let weights = [pad(&delta.top), pad(&delta.side)];
         let occluders = Occluders::new(geometry);
         let scratch = Mutex::new(Vec::new());
-        Ok(Self { geometry, patches, draw: options.draw, occluders, faces, weights, scratch })
+        let (finest, patch_of) = match patches.finest() {
+            Some((finest, patch_of)) => (finest, Some(patch_of)),
+            None => (patches, None),
+        };
+        let draw = options.draw;
+        Ok(Self { geometry, patches, finest, patch_of, draw, occluders, faces, weights, scratch })
     }
 
     /// Makes one row.
@@ -131,6 +140,12 @@ impl<'a> Hemicube<'a> {
         scratch.seen.resize(self.patches.len().div_ceil(GROUP), false);
         make_row(self, id, &mut scratch, row);
         self.locked().push(scratch);
+    }
+
+    /// The patch that a patch of the finest mesh is a part of.
+    #[inline(always)]
+    fn whole(&self, finest: u32) -> u32 {
+        self.patch_of.map_or(finest, |p| p[finest as usize])
     }
 
     fn locked(&self) -> std::sync::MutexGuard<'_, Vec<Scratch>> {
@@ -264,8 +279,9 @@ impl Scratch {
     #[inline(always)]
     fn write(&mut self, row: &mut Row) {
         row.columns.clear();
-        let mut weights = match &mut row.weights {
-            Weights::Fixed(w) => std::mem::take(w),
+        let mut weights = match std::mem::take(&mut row.weights) {
+            Weights::Fixed(w) => w,
+            Weights::Each(_) => Vec::new(),
         };
         weights.clear();
         for ((group, seen), sums) in
@@ -305,9 +321,14 @@ fn count_patches(engine: &Hemicube<'_>, s: &mut Scratch) {
                     BACK => s.back += u64::from(weight),
                     patch => {
                         let cell = engine.patches.cell(PatchId(patch));
-                        let patch = if engine.patches.has_cuts(side_index(cell.triangle, cell.side)) {
+                        let side = side_index(cell.triangle, cell.side);
+                        let patch = if engine.finest.has_cuts(side) {
                             let e = s.edges[cell.triangle.index()].turned::<F>();
-                            owner(engine, patch, e.map(|e| e[0] * x + (e[1] * y + e[2])))
+                            let f = e.map(|e| e[0] * x + (e[1] * y + e[2]));
+                            let n = (1_u32 << engine.finest.splits()[side].level().unwrap_or(0)) as f32;
+                            let first = engine.finest.of_side(cell.triangle, cell.side).next();
+                            let first = first.map_or(0, |p| p.0);
+                            engine.whole(owner(engine, first + index_in_grid(n, f[0], f[1], f[2]), f))
                         } else {
                             patch
                         };
@@ -365,10 +386,10 @@ fn count_run<const F: usize>(
     let solid = item as usize / 2;
     let triangle = engine.occluders.ids()[solid];
     let side = 2 * triangle.index() + (item as usize & 1);
-    match engine.patches.splits()[side] {
-        Split::None => s.back += u64::from(whole()),
-        Split::Uniform { first, level: 0 } if !engine.patches.has_cuts(side) => {
-            s.add(first, whole());
+    match engine.finest.splits()[side] {
+        Split::None | Split::Adaptive { .. } => s.back += u64::from(whole()),
+        Split::Uniform { first, level: 0 } if !engine.finest.has_cuts(side) => {
+            s.add(engine.whole(first), whole());
         }
         Split::Uniform { first, level } => {
             let face = &engine.faces[F];
@@ -386,14 +407,14 @@ fn count_run<const F: usize>(
                     ids[l] = index_in_grid(n, e0[0] * x + c0, e1[0] * x + c1, e2[0] * x + c2);
                 }
                 let (from, to) = (run.start.max(start), run.end.min(start + LANES));
-                if engine.patches.has_cuts(side) {
+                if engine.finest.has_cuts(side) {
                     for l in from - start..to - start {
                         let f = [e0[0] * xs[l] + c0, e1[0] * xs[l] + c1, e2[0] * xs[l] + c2];
                         ids[l] = owner(engine, first + ids[l], f) - first;
                     }
                 }
                 for (&id, &weight) in ids[from - start..to - start].iter().zip(&weights[from..to]) {
-                    s.add(first + id, weight);
+                    s.add(engine.whole(first + id), weight);
                 }
             }
         }
@@ -403,7 +424,7 @@ fn count_run<const F: usize>(
 /// The patch that the point with edge functions `f` in the cell of patch `id` belongs to.
 fn owner(engine: &Hemicube<'_>, id: u32, f: [f32; 3]) -> u32 {
     let f = DVec3::from_array(f.map(f64::from));
-    engine.patches.owner(PatchId(id), f / (f.x + f.y + f.z)).0
+    engine.finest.owner(PatchId(id), f / (f.x + f.y + f.z)).0
 }
 
 /// Index of the patch in a grid of `n` strips where the edge functions have the values `f0, f1, f2`;

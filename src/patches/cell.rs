@@ -36,6 +36,47 @@ impl Cell {
         })
     }
 
+    /// The cell of the same side at strips `i`, `j` of level `level`.
+    fn on_same_side(&self, level: u8, [i, j]: [u32; 2], inverted: bool) -> Self {
+        Self { level, ij: [i as u16, j as u16], inverted, ..*self }
+    }
+
+    /// The four cells of the next level: towards the three corners, then the middle one, which is
+    /// turned over and has the same centroid.
+    #[must_use]
+    pub fn children(&self) -> [Self; 4] {
+        let [i, j] = self.ij.map(u32::from);
+        let at = |di: u32, dj: u32, inverted| {
+            self.on_same_side(self.level + 1, [2 * i + di, 2 * j + dj], inverted)
+        };
+        if self.inverted {
+            [at(0, 1, true), at(1, 0, true), at(1, 1, true), at(1, 1, false)]
+        } else {
+            [at(1, 0, false), at(0, 1, false), at(0, 0, false), at(0, 0, true)]
+        }
+    }
+
+    /// The cell of level `level`, at most this one's, that contains this one.
+    #[must_use]
+    pub fn ancestor(&self, level: u8) -> Self {
+        let shift = u32::from(self.level - level);
+        let [i, j, k] = self.strip().map(|i| i >> shift);
+        self.on_same_side(level, [i, j], i + j + k + 1 < 1 << level)
+    }
+
+    /// The cell of level `level`, at least this one's, with the same centroid.
+    #[must_use]
+    pub fn middle(&self, level: u8) -> Self {
+        (self.level..level).fold(*self, |cell, _| cell.children()[3])
+    }
+
+    /// Place of the cell in the order of [`Cell::grid`].
+    #[must_use]
+    pub fn index(&self) -> u32 {
+        let [i, j] = self.ij.map(u32::from);
+        i * (2 * self.strips() - i) + 2 * j + u32::from(self.inverted)
+    }
+
     /// Number of strips along each coordinate, `2^level`.
     #[must_use]
     pub fn strips(&self) -> u32 {
@@ -100,4 +141,24 @@ pub(super) fn index_in_grid(level: u8, l: DVec3) -> u32 {
     let j = (scaled.y.max(0.0) as u32).min(n - 1 - i);
     let inverted = (scaled.x - f64::from(i)) + (scaled.y - f64::from(j)) > 1.0 && i + j + 2 <= n;
     i * (2 * n - i) + 2 * j + u32::from(inverted)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn children_and_ancestors_agree() {
+        for cell in Cell::grid(TriangleId(0), Side::Front, 3) {
+            for child in cell.children() {
+                assert_eq!(child.ancestor(3), cell);
+                let centre = child.point(DVec3::splat(1.0 / 3.0)).barycentric();
+                let local = cell.local(centre);
+                assert!(local.min_element() > 0.1, "{cell:?} {child:?} {local}");
+                assert_eq!(index_in_grid(4, centre), child.index());
+            }
+            let middle = cell.middle(6).point(DVec3::splat(1.0 / 3.0)).uv;
+            assert!(middle.distance(cell.point(DVec3::splat(1.0 / 3.0)).uv) < 1e-15);
+        }
+    }
 }

@@ -1,5 +1,5 @@
-//! The conforming triangulation of all patches: one vertex for each lattice point of each side,
-//! shared across smooth edges.
+//! The conforming triangulation of all patches: one vertex for each lattice point of each side
+//! that is the corner of a patch, shared across smooth edges.
 
 use glam::DVec3;
 
@@ -19,33 +19,14 @@ pub(super) struct Mesh {
     edge_base: Vec<u32>,
     /// First inner vertex of each side.
     side_base: Vec<u32>,
+    /// Number of splits of each side's lattice.
+    levels: Vec<u8>,
     /// Whether each vertex lies on a crease or a free border.
     border: Vec<bool>,
-}
-
-/// The vertices along one edge of a patch.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct EdgeVertices {
-    ends: [VertexId; 2],
-    /// Inner vertex number 1, and the step to the next.
-    inner: Option<(u32, i32)>,
-    segments: u32,
-}
-
-impl EdgeVertices {
-    pub fn segments(&self) -> u32 {
-        self.segments
-    }
-
-    /// Vertex `i` of `segments + 1`.
-    pub fn vertex(&self, i: u32) -> VertexId {
-        match self.inner {
-            Some((first, step)) if i > 0 && i < self.segments => {
-                VertexId(first.wrapping_add_signed(step * (i as i32 - 1)))
-            }
-            _ => self.ends[usize::from(i > 0)],
-        }
-    }
+    /// Whether each lattice point is the corner of a patch.
+    used: Vec<bool>,
+    /// Whether a patch has vertices of a finer neighbour within its edges.
+    hanging: Vec<bool>,
 }
 
 impl Mesh {
@@ -66,16 +47,30 @@ impl Mesh {
             .iter()
             .map(|split| {
                 let base = next;
-                if let Split::Uniform { level, .. } = split {
+                if let Some(level) = split.level() {
                     let n = 1_u32 << level;
                     next += (n - 1) * n.saturating_sub(2) / 2;
                 }
                 base
             })
             .collect();
+        let levels = patches.splits().iter().map(|s| s.level().unwrap_or(0)).collect();
         let border = vec![false; next as usize];
-        let mut me = Self { topology, edge_base, side_base, border };
+        let (used, hanging) = (border.clone(), vec![false; patches.len()]);
+        let mut me = Self { topology, edge_base, side_base, levels, border, used, hanging };
         me.mark_borders(patches);
+        for id in patches.ids() {
+            for v in me.corners(&patches.cell(id)) {
+                me.used[v.0 as usize] = true;
+            }
+        }
+        me.hanging = patches
+            .ids()
+            .map(|id| {
+                let cell = patches.cell(id);
+                (0..3).any(|k| me.edge_vertices(&cell, k).len() > 2)
+            })
+            .collect();
         me
     }
 
@@ -108,71 +103,99 @@ impl Mesh {
         self.border[v]
     }
 
-    /// The vertex at a lattice point of a side that is split `level` times.
-    fn vertex(&self, side: usize, level: u8, point: [u32; 3]) -> VertexId {
+    /// The vertex at a lattice point of a side, and for a point on its border with the finer lattice of
+    /// a neighbour, in that.
+    fn vertex(&self, side: usize, point: [u32; 3]) -> VertexId {
+        let level = self.levels[side];
         let n = 1 << level;
         if let Some(k) = point.iter().position(|&c| c == n) {
             return VertexId(self.topology.corners[side][k]);
         }
         if let Some(zero) = point.iter().position(|&c| c == 0) {
             let k = (zero + 1) % 3;
-            let along = self.along(side, k, level, point[(k + 1) % 3]);
-            let edge = self.topology.edges[side][k].edge as usize;
-            return VertexId(self.edge_base[edge] + along - 1);
+            let finer = self.finer(side, k);
+            return self.on_edge(side, k, point[(k + 1) % 3] << finer);
         }
         let [a, b, _] = point;
         VertexId(self.side_base[side] + (a - 1) * (n - 1) - a * (a - 1) / 2 + b - 1)
     }
 
-    /// Position on edge k, in its own steps and direction, `m` strips from corner k.
-    fn along(&self, side: usize, k: usize, level: u8, m: u32) -> u32 {
+    /// How many splits finer edge k's lattice is than the side's own.
+    fn finer(&self, side: usize, k: usize) -> u8 {
+        let edge = self.topology.edges[side][k].edge as usize;
+        self.topology.levels[edge] - self.levels[side]
+    }
+
+    /// The vertex `m` steps of the edge's lattice from corner k towards corner k + 1.
+    fn on_edge(&self, side: usize, k: usize, m: u32) -> VertexId {
         let used = self.topology.edges[side][k];
-        let m = if used.reversed { (1 << level) - m } else { m };
-        m << (self.topology.levels[used.edge as usize] - level)
+        let n = 1 << self.topology.levels[used.edge as usize];
+        let corners = self.topology.corners[side];
+        match m {
+            0 => VertexId(corners[k]),
+            m if m == n => VertexId(corners[(k + 1) % 3]),
+            m => {
+                let m = if used.reversed { n - m } else { m };
+                VertexId(self.edge_base[used.edge as usize] + m - 1)
+            }
+        }
+    }
+
+    /// A patch's corners on its side's lattice.
+    fn lattice(&self, cell: &Cell) -> [[u32; 3]; 3] {
+        let shift = self.levels[side_index(cell.triangle, cell.side)] - cell.level;
+        cell.lattice().map(|p| p.map(|c| c << shift))
     }
 
     /// The vertices at a patch's corners.
     pub fn corners(&self, cell: &Cell) -> [VertexId; 3] {
         let side = side_index(cell.triangle, cell.side);
-        cell.lattice().map(|p| self.vertex(side, cell.level, p))
-    }
-
-    /// How many splits finer the far side of a patch's edge k (corner k to k + 1) is.
-    fn finer(&self, cell: &Cell, k: usize) -> u8 {
-        if cell.inverted || cell.strip()[(k + 2) % 3] != 0 {
-            return 0;
-        }
-        let used = self.topology.edges[side_index(cell.triangle, cell.side)][k];
-        self.topology.levels[used.edge as usize] - cell.level
+        self.lattice(cell).map(|p| self.vertex(side, p))
     }
 
     /// Whether a finer neighbour has vertices within a patch's edges.
-    pub fn has_hanging(&self, cell: &Cell) -> bool {
-        !cell.inverted && (0..3).any(|k| self.finer(cell, k) > 0)
+    pub fn has_hanging(&self, id: PatchId) -> bool {
+        self.hanging[id.index()]
     }
 
-    /// The vertices along a patch's edge k, from corner k to corner k + 1.
-    pub fn edge_vertices(&self, cell: &Cell, k: usize) -> EdgeVertices {
+    /// The vertices along a patch's edge k from corner k to corner k + 1, each with its place on it,
+    /// 0..1.
+    pub fn edge_vertices(&self, cell: &Cell, k: usize) -> Vec<(f64, VertexId)> {
         let side = side_index(cell.triangle, cell.side);
-        let corners = self.corners(cell);
-        let ends = [corners[k], corners[(k + 1) % 3]];
-        let segments = 1 << self.finer(cell, k);
-        let inner = (segments > 1).then(|| {
-            let used = self.topology.edges[side][k];
-            let from = self.along(side, k, cell.level, cell.lattice()[k][(k + 1) % 3]);
-            let step = if used.reversed { -1 } else { 1 };
-            (self.edge_base[used.edge as usize].wrapping_add_signed(from as i32 + step - 1), step)
-        });
-        EdgeVertices { ends, inner, segments }
+        let lattice = self.lattice(cell);
+        let (from, to) = (lattice[k], lattice[(k + 1) % 3]);
+        let on_border = (0..3).find(|&c| from[c] == 0 && to[c] == 0);
+        let shift = self.levels[side] - cell.level;
+        let (steps, at): (u32, Box<dyn Fn(u32) -> VertexId>) = match on_border {
+            Some(zero) => {
+                let edge = (zero + 1) % 3;
+                let finer = self.finer(side, edge);
+                let [a, b] = [from, to].map(|p| p[(edge + 1) % 3] << finer);
+                let at = move |m: u32| if b > a { a + m } else { a - m };
+                (1 << (shift + finer), Box::new(move |m| self.on_edge(side, edge, at(m))))
+            }
+            None => {
+                let steps = 1 << shift;
+                let at =
+                    move |m: u32| [0, 1, 2].map(|c| (from[c] * (steps - m) + to[c] * m) / steps);
+                (steps, Box::new(move |m| self.vertex(side, at(m))))
+            }
+        };
+        (0..=steps)
+            .map(|m| (f64::from(m) / f64::from(steps), at(m)))
+            .filter(|(_, v)| self.used[v.0 as usize])
+            .collect()
     }
 
     /// Calls `visit` with every vertex on the outline of a patch.
-    fn outline(&self, cell: &Cell, mut visit: impl FnMut(VertexId)) {
+    fn outline(&self, id: PatchId, cell: &Cell, mut visit: impl FnMut(VertexId)) {
+        if !self.hanging[id.index()] {
+            self.corners(cell).into_iter().for_each(visit);
+            return;
+        }
         for k in 0..3 {
             let edge = self.edge_vertices(cell, k);
-            for i in 0..edge.segments() {
-                visit(edge.vertex(i));
-            }
+            edge[..edge.len() - 1].iter().for_each(|(_, v)| visit(*v));
         }
     }
 
@@ -195,7 +218,7 @@ impl Mesh {
         let mut starts = vec![0_u32; self.len() + 1];
         let each = |visit: &mut dyn FnMut(VertexId, PatchId)| {
             for id in patches.ids().filter(|&i| usable(i)) {
-                self.outline(&patches.cell(id), |v| visit(v, id));
+                self.outline(id, &patches.cell(id), |v| visit(v, id));
             }
         };
         each(&mut |v, _| starts[v.0 as usize + 1] += 1);
@@ -228,7 +251,9 @@ impl Incidence {
     pub fn second_ring(&self, patches: &Patches, mesh: &Mesh, v: usize) -> Vec<PatchId> {
         let mut ring = Vec::new();
         for &id in self.around(v) {
-            mesh.outline(&patches.cell(id), |w| ring.extend_from_slice(self.around(w.0 as usize)));
+            mesh.outline(id, &patches.cell(id), |w| {
+                ring.extend_from_slice(self.around(w.0 as usize))
+            });
         }
         ring.sort_unstable();
         ring.dedup();

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use crate::patches::{Patches, Split, side_index};
+use crate::patches::{Patches, side_index};
 use crate::scene::geometry::position_key;
 use crate::scene::{Geometry, Side, TriangleId};
 
@@ -36,10 +36,7 @@ pub(super) struct Topology {
 impl Topology {
     pub fn new(geometry: &Geometry, patches: &Patches) -> Self {
         let sides = patches.splits().len();
-        let level = |s: usize| match patches.splits()[s] {
-            Split::None => None,
-            Split::Uniform { level, .. } => Some(level),
-        };
+        let level = |s: usize| patches.splits()[s].level();
         let mut me = Self {
             edges: vec![[EdgeUse::default(); 3]; sides],
             levels: Vec::new(),

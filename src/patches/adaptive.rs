@@ -1,0 +1,153 @@
+//! Meshes of several levels: coarsenings of a uniform mesh.
+
+use std::sync::Arc;
+
+use super::{Cell, Finest, PatchId, Patches, Split, side_index};
+
+/// A set of cells of all levels of a uniform mesh: those that are split.
+#[derive(Debug, Clone)]
+pub struct SplitCells {
+    finest: Arc<Patches>,
+    /// First node of each side; the nodes of a level follow those of the level above.
+    base: Vec<u32>,
+    split: Vec<bool>,
+}
+
+impl SplitCells {
+    /// Splits every cell below level `start(side)` of a uniform mesh.
+    #[must_use]
+    pub fn new(finest: Arc<Patches>, start: impl Fn(usize) -> u8) -> Self {
+        let mut base = Vec::with_capacity(finest.splits.len());
+        let mut split = Vec::new();
+        for (side, s) in finest.splits.iter().enumerate() {
+            base.push(split.len() as u32);
+            if let Some(level) = s.level() {
+                split.resize(split.len() + nodes_below(level + 1) as usize, false);
+                let first = split.len() - nodes_below(level + 1) as usize;
+                let given = nodes_below(start(side).min(level)) as usize;
+                split[first..first + given].fill(true);
+            }
+        }
+        Self { finest, base, split }
+    }
+
+    /// The uniform mesh.
+    #[must_use]
+    pub fn finest(&self) -> &Patches {
+        &self.finest
+    }
+
+    /// Number of cells of all levels.
+    #[must_use]
+    pub fn nodes(&self) -> usize {
+        self.split.len()
+    }
+
+    /// Number of a cell among those of all levels.
+    #[must_use]
+    pub fn node(&self, cell: &Cell) -> usize {
+        let side = side_index(cell.triangle, cell.side);
+        (self.base[side] + nodes_below(cell.level) + cell.index()) as usize
+    }
+
+    /// Whether a cell is split.
+    #[must_use]
+    pub fn is_split(&self, cell: &Cell) -> bool {
+        self.split[self.node(cell)]
+    }
+
+    /// Whether a cell may be split: it is not one of the finest.
+    #[must_use]
+    pub fn may_split(&self, cell: &Cell) -> bool {
+        self.finest.split_of(cell.triangle, cell.side).level() > Some(cell.level)
+    }
+
+    /// Splits a cell; `false` if it was split before.
+    pub fn split(&mut self, cell: &Cell) -> bool {
+        let node = self.node(cell);
+        !std::mem::replace(&mut self.split[node], true)
+    }
+
+    /// The finest patch whose centroid is a cell's.
+    #[must_use]
+    pub fn middle(&self, cell: &Cell) -> PatchId {
+        match self.finest.split_of(cell.triangle, cell.side) {
+            Split::Uniform { first, level } => PatchId(first + cell.middle(level).index()),
+            Split::None | Split::Adaptive { .. } => PatchId(0),
+        }
+    }
+
+    /// The cells that are not split, side by side: the patches of the adaptive mesh in order.
+    #[must_use]
+    pub fn leaves(&self) -> Vec<Cell> {
+        let mut leaves = Vec::new();
+        // Fronts come first, as in a uniform mesh.
+        for parity in 0..2 {
+            for side in (parity..self.finest.splits.len()).step_by(2) {
+                if let Split::Uniform { first, .. } = self.finest.splits[side] {
+                    let cell = self.finest.cells[first as usize].ancestor(0);
+                    self.descend(cell, &mut leaves);
+                }
+            }
+        }
+        leaves
+    }
+
+    fn descend(&self, cell: Cell, leaves: &mut Vec<Cell>) {
+        if self.is_split(&cell) && self.may_split(&cell) {
+            cell.children().into_iter().for_each(|c| self.descend(c, leaves));
+        } else {
+            leaves.push(cell);
+        }
+    }
+
+    /// The adaptive mesh.
+    #[must_use]
+    pub fn patches(&self) -> Patches {
+        let finest = &self.finest;
+        let cells = self.leaves();
+        let mut splits = vec![Split::None; finest.splits.len()];
+        let mut patch_of = vec![0; finest.len()];
+        let mut areas = Vec::with_capacity(cells.len());
+        for (id, cell) in cells.iter().enumerate() {
+            let side = side_index(cell.triangle, cell.side);
+            let Split::Uniform { first: finest_first, level } = finest.splits[side] else {
+                continue;
+            };
+            splits[side] = match splits[side] {
+                Split::Adaptive { first, count, .. } => {
+                    Split::Adaptive { first, count: count + 1, level }
+                }
+                _ => Split::Adaptive { first: id as u32, count: 1, level },
+            };
+            let parts = 1_u32 << (2 * u32::from(level - cell.level));
+            areas.push(finest.areas[finest_first as usize] * f64::from(parts));
+            mark(cell, level, &mut |part| {
+                patch_of[(finest_first + part.index()) as usize] = id as u32;
+            });
+        }
+        Patches {
+            splits,
+            cells,
+            areas,
+            contacts: finest.contacts.clone(),
+            cuts: super::Cuts::default(),
+            origins: std::collections::HashMap::new(),
+            finest: Some(Finest { patches: finest.clone(), patch_of }),
+        }
+    }
+}
+
+/// Calls `visit` with all cells of level `level` within a cell.
+fn mark(cell: &Cell, level: u8, visit: &mut impl FnMut(&Cell)) {
+    if cell.level == level {
+        visit(cell);
+    } else {
+        cell.children().iter().for_each(|c| mark(c, level, visit));
+    }
+}
+
+/// Number of cells of one side at all levels below `level`.
+fn nodes_below(level: u8) -> u32 {
+    ((1_u64 << (2 * u64::from(level))) / 3) as u32
+}

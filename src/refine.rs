@@ -1,0 +1,3 @@
+//! Who is split, one rule a file.
+
+pub mod factor;

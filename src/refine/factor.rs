@@ -1,0 +1,255 @@
+//! Adaptive subdivision by form factor: algorithm 2 of Kulyasov & Nikulin (2012).
+//!
+//! Begin with large patches; compute all form factors; split the patches whose form factor exceeds
+//! the tolerance, and repeat. F_ij > ε splits j, the patch seen; it may be split only while its area
+//! exceeds the smallest size, so the result coarsens the uniform mesh of that size.
+//!
+//! # Deviations
+//! The paper computes everything again in each pass. Here every row is made once. A patch that is
+//! split has the same centroid as its middle part, so a row made for it remains the row of that part;
+//! and rows are made on the uniform mesh of the smallest size, so that each says at once how far
+//! everything it sees must be split. The last step adds up the parts: the sums are the rows of the
+//! adaptive mesh, and the rule holds on them by construction.
+
+use std::sync::Arc;
+
+use rayon::prelude::*;
+use thiserror::Error;
+
+use crate::form_factors::{AssembleError, Engine, FormFactors, Row, RowSink, Weights, assemble};
+use crate::patches::{Cell, PatchId, Patches, SplitCells};
+use crate::progress::Progress;
+use crate::scene::Geometry;
+
+/// When a patch is split.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FactorRule {
+    /// Largest form factor ε allowed, 0..1, where the patch seen may be split.
+    pub max_factor: f64,
+    /// Patches are split only while their area exceeds this, m².
+    pub min_area: f64,
+    /// Patches are split beforehand until none is larger than this, m². Default: whole source
+    /// triangles.
+    pub start_area: Option<f64>,
+    /// Also split until neighbours on a source triangle differ by at most one level, for pictures.
+    pub balance: bool,
+}
+
+/// Why a rule cannot be followed.
+#[derive(Debug, Error)]
+pub enum RefineError {
+    /// The tolerance is no form factor.
+    #[error("--max-factor {0} is not between 0 and 1")]
+    Tolerance(f64),
+    /// Rows could not be made.
+    #[error(transparent)]
+    Assemble(#[from] AssembleError),
+}
+
+/// An adaptive mesh and its matrix.
+#[derive(Debug, Clone)]
+pub struct Refined {
+    /// The patches.
+    pub patches: Patches,
+    /// Their form factors.
+    pub factors: FormFactors,
+    /// Rows that were made; one a patch.
+    pub rows_made: usize,
+}
+
+impl FactorRule {
+    /// The adaptive mesh of `geometry`; `engine` makes the rows of `finest`, the uniform mesh of the
+    /// smallest size. Rows take at most `memory` bytes. Advances `progress` by one a row.
+    pub fn refine(
+        &self,
+        geometry: &Geometry,
+        finest: Arc<Patches>,
+        engine: &mut dyn Engine,
+        memory: u64,
+        progress: &dyn Progress,
+    ) -> Result<Refined, RefineError> {
+        if !(self.max_factor > 0.0 && self.max_factor <= 1.0) {
+            return Err(RefineError::Tolerance(self.max_factor));
+        }
+        let start = self.start_area;
+        let mut cells = SplitCells::new(finest.clone(), |side| {
+            let triangle = crate::scene::TriangleId((side / 2) as u32);
+            start.map_or(0, |a| crate::patches::level_for(geometry.area(triangle), a))
+        });
+        let mut rows = FormFactors::new(finest.len(), memory);
+        let mut wave: Vec<Cell> = cells.leaves();
+        while !wave.is_empty() {
+            let mut ids: Vec<PatchId> = wave.iter().map(|c| cells.middle(c)).collect();
+            ids.sort_unstable();
+            ids.dedup();
+            ids.retain(|&i| !rows.has_row(i));
+            assemble(engine, &ids, &mut rows, progress)?;
+            let demanded: Vec<Vec<Cell>> = ids
+                .par_chunks(64)
+                .map_init(
+                    || vec![0.0; cells.nodes()],
+                    |sums, ids| {
+                        ids.iter().flat_map(|&i| self.demands(&cells, &rows, i, sums)).collect()
+                    },
+                )
+                .collect();
+            wave.clear();
+            for cell in demanded.into_iter().flatten() {
+                split(&mut cells, cell, &mut wave);
+            }
+            if wave.is_empty() && self.balance {
+                for cell in unbalanced(&cells) {
+                    split(&mut cells, cell, &mut wave);
+                }
+            }
+        }
+        let patches = cells.patches();
+        let factors = merge(&cells, &patches, &rows, memory)?;
+        Ok(Refined { rows_made: rows.rows(), patches, factors })
+    }
+
+    /// The cells that row `i` wants split: those not finest whose form factor exceeds ε.
+    fn demands(
+        &self,
+        cells: &SplitCells,
+        rows: &FormFactors,
+        i: PatchId,
+        sums: &mut [f64],
+    ) -> Vec<Cell> {
+        let finest = cells.finest();
+        let Some(row) = rows.row(i) else { return Vec::new() };
+        // Columns of one side are neighbours; only a side with more than ε matters.
+        let mut wanted = Vec::new();
+        let mut side: Vec<(Cell, f64)> = Vec::new();
+        let mut flush = |side: &mut Vec<(Cell, f64)>| {
+            if side.iter().map(|s| s.1).sum::<f64>() > self.max_factor {
+                self.demands_on_side(cells, side, sums, &mut wanted);
+            }
+            side.clear();
+        };
+        for (j, f) in row.entries() {
+            let cell = finest.cell(j);
+            let other = side
+                .last()
+                .is_some_and(|(c, _)| (c.triangle, c.side) != (cell.triangle, cell.side));
+            if other {
+                flush(&mut side);
+            }
+            side.push((cell, f));
+        }
+        flush(&mut side);
+        wanted
+    }
+
+    fn demands_on_side(
+        &self,
+        cells: &SplitCells,
+        parts: &[(Cell, f64)],
+        sums: &mut [f64],
+        wanted: &mut Vec<Cell>,
+    ) {
+        let Some(level) = parts.first().map(|p| p.0.level) else { return };
+        let mut below = parts.to_vec();
+        for level in (0..level).rev() {
+            let mut above: Vec<Cell> = Vec::new();
+            for (cell, f) in &below {
+                let parent = cell.ancestor(level);
+                let sum = &mut sums[cells.node(&parent)];
+                if *sum == 0.0 {
+                    above.push(parent);
+                }
+                *sum += f;
+            }
+            below = above
+                .into_iter()
+                .map(|cell| (cell, std::mem::take(&mut sums[cells.node(&cell)])))
+                .collect();
+            wanted.extend(
+                below
+                    .iter()
+                    .filter(|(c, f)| *f > self.max_factor && !cells.is_split(c))
+                    .map(|p| p.0),
+            );
+        }
+    }
+}
+
+/// Splits a cell, and adds its parts to the `wave` of those that need a row.
+fn split(cells: &mut SplitCells, cell: Cell, wave: &mut Vec<Cell>) {
+    if cells.may_split(&cell) && cells.split(&cell) {
+        wave.extend(cell.children());
+    }
+}
+
+/// The patches with a neighbour on the same source triangle that is finer by two levels or more.
+fn unbalanced(cells: &SplitCells) -> Vec<Cell> {
+    let leaves = cells.leaves();
+    // Corners of all leaves on the lattice of the finest level of all.
+    let finest = leaves.iter().map(|c| c.level).max().unwrap_or(0);
+    let lattice = |c: &Cell| c.lattice().map(|p| p.map(|x| x << (finest - c.level)));
+    let corners: std::collections::HashSet<_> =
+        leaves.iter().flat_map(|c| lattice(c).map(|p| (c.triangle, c.side, p))).collect();
+    leaves
+        .into_iter()
+        .filter(|c| {
+            let p = lattice(c);
+            c.level + 2 <= finest
+                && (0..3).any(|k| {
+                    let (a, b) = (p[k], p[(k + 1) % 3]);
+                    [1, 3].iter().any(|&q| {
+                        let at = [0, 1, 2].map(|x| (a[x] * (4 - q) + b[x] * q) / 4);
+                        corners.contains(&(c.triangle, c.side, at))
+                    })
+                })
+        })
+        .collect()
+}
+
+/// Adds up the rows of the finest mesh to those of the adaptive one.
+fn merge(
+    cells: &SplitCells,
+    patches: &Patches,
+    rows: &FormFactors,
+    memory: u64,
+) -> Result<FormFactors, AssembleError> {
+    let mut factors = FormFactors::new(patches.len(), memory);
+    let patch_of = patches.finest().map_or(&[][..], |f| f.1);
+    let ids: Vec<PatchId> = patches.ids().collect();
+    for block in ids.chunks(crate::form_factors::BLOCK) {
+        let merged: Vec<Row> = block
+            .par_iter()
+            .map_init(
+                || vec![0_u64; patches.len()],
+                |sums, &id| {
+                    let middle = cells.middle(&patches.cell(id));
+                    merge_row(rows, middle, patch_of, sums)
+                },
+            )
+            .collect();
+        factors.take(block, &merged)?;
+    }
+    Ok(factors)
+}
+
+fn merge_row(rows: &FormFactors, id: PatchId, patch_of: &[u32], sums: &mut [u64]) -> Row {
+    let account = rows.account(id);
+    let mut row = Row {
+        environment: account.environment,
+        back: account.back,
+        lost: account.lost,
+        ..Row::default()
+    };
+    let Some(stored) = rows.row(id) else { return row };
+    let one = f64::from(crate::form_factors::delta::ONE);
+    for (j, f) in stored.entries() {
+        let patch = patch_of[j.index()];
+        if sums[patch as usize] == 0 {
+            row.columns.push(patch);
+        }
+        sums[patch as usize] += (f * one).round() as u64;
+    }
+    row.columns.sort_unstable();
+    let weights = row.columns.iter().map(|&p| std::mem::take(&mut sums[p as usize]) as u32);
+    row.weights = Weights::Fixed(weights.collect());
+    row
+}
