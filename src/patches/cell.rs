@@ -70,7 +70,7 @@ impl Cell {
         (self.level..level).fold(*self, |cell, _| cell.children()[3])
     }
 
-    /// Place of the cell in the order of [`Cell::grid`].
+    /// Place of the cell in the order of `Cell::grid`.
     #[must_use]
     pub fn index(&self) -> u32 {
         let [i, j] = self.ij.map(u32::from);
