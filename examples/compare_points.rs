@@ -3,7 +3,7 @@
 //! The CSV has columns x, y, z, nx, ny, nz, covered, E_r, E_g, E_b. Prints the RMS and the worst of
 //! the relative error of luminance over uncovered points brighter than 1 % of the mean.
 
-#![allow(clippy::print_stdout)]
+#![allow(clippy::print_stdout, reason = "an example")]
 
 use std::error::Error;
 use std::path::Path;
@@ -13,7 +13,7 @@ use hemicube::form_factors::HemicubeOptions;
 use hemicube::patches::SurfacePoint;
 use hemicube::progress::Silent;
 use hemicube::scene::{Geometry, ImportOptions, Side, load, luminance};
-use hemicube::solution::{EngineOptions, LightOptions, light};
+use hemicube::solution::{LightOptions, light};
 use hemicube::solve::SolveOptions;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -27,10 +27,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let options = LightOptions {
         patch_size,
         adaptive: None,
-        engine: EngineOptions::Hemicube(HemicubeOptions {
-            resolution,
-            ..HemicubeOptions::default()
-        }),
+        hemicube: HemicubeOptions { resolution, ..HemicubeOptions::default() },
         solve: SolveOptions::default(),
         memory: 8 << 30,
     };

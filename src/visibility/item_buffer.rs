@@ -9,7 +9,7 @@ use super::simd::LANES;
 /// A rectangle of pixels on a plane at distance 1 before the pinhole.
 ///
 /// A pixel looks along `x right + y up + forward`, where `right`, `up`, `forward` are axes of the
-/// frame as [`turn`] has them for one of the hemicube's faces.
+/// frame as `turn` has them for one of the hemicube's faces.
 #[derive(Debug, Clone)]
 pub struct Face {
     /// x of each pixel's centre, padded to a multiple of [`LANES`].
