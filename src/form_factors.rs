@@ -7,12 +7,15 @@
 //! Σ_j F_ij + environment + back + lost = 1
 //! ```
 
+pub mod classical;
 pub mod delta;
 pub mod hemicube;
+pub mod kernel;
 mod lit;
 mod rows;
 mod stored;
 
+pub use classical::Classical;
 pub use hemicube::{Draw, Hemicube, HemicubeError, HemicubeOptions};
 pub use lit::assemble_lit;
 pub use rows::{Engine, EngineError, Row, RowSink, SinkError, Weights};

@@ -4,6 +4,7 @@
 //! `‖D + F ρ H - H‖ / ‖D‖` (Euclidean norms, the worst of the three channels). Results do not
 //! depend on the number of threads.
 
+mod direct;
 mod energy;
 mod gauss_seidel;
 mod jacobi;
@@ -31,6 +32,8 @@ pub enum Method {
     Jacobi,
     /// Distributing the largest unshot flux first.
     Shooting,
+    /// Elimination: exact, and O(n³).
+    Direct,
 }
 
 /// When to stop.
@@ -42,11 +45,13 @@ pub struct SolveOptions {
     pub tolerance: f64,
     /// Give up after so many iterations (sweeps; n shots count as one). Default 1,000.
     pub max_iterations: u32,
+    /// Bytes that the dense matrix of [`Method::Direct`] may take. Default 4 GiB.
+    pub memory: u64,
 }
 
 impl Default for SolveOptions {
     fn default() -> Self {
-        Self { method: Method::default(), tolerance: 1e-6, max_iterations: 1000 }
+        Self { method: Method::default(), tolerance: 1e-6, max_iterations: 1000, memory: 4 << 30 }
     }
 }
 
@@ -55,7 +60,8 @@ impl Default for SolveOptions {
 pub struct SolveReport {
     /// The method.
     pub method: Method,
-    /// Sweeps over all patches; for shooting, shots divided by patches, rounded up.
+    /// Sweeps over all patches; for shooting, shots divided by patches, rounded up; for
+    /// elimination, how often the matrix was factorised (once for each distinct reflectance).
     pub iterations: u32,
     /// Residual reached.
     pub residual: f64,
@@ -75,6 +81,18 @@ pub enum SolveError {
         residual: f64,
         /// Residual wanted.
         tolerance: f64,
+    },
+    /// The dense matrix of [`Method::Direct`] does not fit in memory.
+    #[error(
+        "solving {patches} patches exactly takes {needed_mib} MiB, {allowed_mib} MiB are allowed; use --solver gauss-seidel, a larger --patch-size or more --memory"
+    )]
+    TooLarge {
+        /// Patches with a row: unknowns of the system.
+        patches: usize,
+        /// Predicted need in MiB.
+        needed_mib: u64,
+        /// What is allowed in MiB.
+        allowed_mib: u64,
     },
     /// The caller cancelled.
     #[error("cancelled")]
@@ -104,6 +122,7 @@ pub fn solve(
         Method::GaussSeidel => gauss_seidel::solve(system, options, progress),
         Method::Jacobi => jacobi::solve(system, options, progress),
         Method::Shooting => shooting::solve(system, options, progress),
+        Method::Direct => direct::solve(system, options, progress),
     }
 }
 
@@ -129,7 +148,7 @@ impl System<'_> {
     }
 }
 
-/// `‖a - b‖ / ‖scale‖`, the worst of three channels; 0 if all is dark.
+/// `‖a - b‖ / ‖scale‖`, the worst of three channels; 0 if all is dark, infinite if not a number.
 fn relative(a: &[Rgb], b: &[Rgb], scale: &[Rgb]) -> f64 {
     let mut sums = Rgb::ZERO;
     for (a, b) in a.iter().zip(b) {
@@ -138,7 +157,7 @@ fn relative(a: &[Rgb], b: &[Rgb], scale: &[Rgb]) -> f64 {
     let norm: Rgb = scale.iter().map(|s| *s * *s).sum();
     (0..3)
         .map(|c| if norm[c] > 0.0 { (sums[c] / norm[c]).sqrt() } else { sums[c].sqrt() })
-        .fold(0.0, f64::max)
+        .fold(0.0, |worst, r| if r.is_nan() { f64::INFINITY } else { r.max(worst) })
 }
 
 #[cfg(test)]
@@ -146,6 +165,9 @@ mod tests {
     use super::*;
     use crate::form_factors::{Row, RowSink, Weights};
     use crate::progress::Silent;
+
+    const ALL: [Method; 4] =
+        [Method::GaussSeidel, Method::Jacobi, Method::Shooting, Method::Direct];
 
     /// Three patches that see each other unevenly; row sums below one.
     fn three() -> FormFactors {
@@ -167,7 +189,7 @@ mod tests {
         let rho = [Rgb::new(0.9, 0.5, 0.0), Rgb::splat(0.7), Rgb::new(0.2, 0.8, 0.6)];
         let direct = [Rgb::ZERO, Rgb::new(3.0, 0.0, 1.0), Rgb::new(0.0, 2.0, 0.0)];
         let system = System { factors: &f, rho: &rho, direct: &direct, areas: &[1.0, 2.0, 3.0] };
-        let solutions: Vec<Vec<Rgb>> = [Method::GaussSeidel, Method::Jacobi, Method::Shooting]
+        let solutions: Vec<Vec<Rgb>> = ALL
             .into_iter()
             .map(|method| {
                 let o = SolveOptions { method, tolerance: 1e-12, ..SolveOptions::default() };
@@ -190,7 +212,12 @@ mod tests {
         let rho = [Rgb::splat(0.9); 3];
         let system = System { factors: &f, rho: &rho, direct: &[Rgb::ONE; 3], areas: &[1.0; 3] };
         for method in [Method::GaussSeidel, Method::Jacobi, Method::Shooting] {
-            let o = SolveOptions { method, tolerance: 1e-14, max_iterations: 2 };
+            let o = SolveOptions {
+                method,
+                tolerance: 1e-14,
+                max_iterations: 2,
+                ..SolveOptions::default()
+            };
             assert!(
                 matches!(solve(&system, &o, &Silent), Err(SolveError::NoConvergence { .. })),
                 "{method:?}"
@@ -207,9 +234,74 @@ mod tests {
             direct: &[Rgb::ZERO; 3],
             areas: &[1.0; 3],
         };
-        for method in [Method::GaussSeidel, Method::Jacobi, Method::Shooting] {
+        for method in ALL {
             let o = SolveOptions { method, ..SolveOptions::default() };
             assert_eq!(solve(&system, &o, &Silent).unwrap().0, [Rgb::ZERO; 3]);
         }
+    }
+
+    #[test]
+    fn elimination_factorises_once_for_each_distinct_reflectance() {
+        let f = three();
+        let direct = [Rgb::new(1.0, 2.0, 3.0); 3];
+        for (rho, expected) in [([0.5; 3], 1), ([0.5, 0.25, 0.5], 2), ([0.1, 0.2, 0.3], 3)] {
+            let rho = [Rgb::from_array(rho); 3];
+            let system = System { factors: &f, rho: &rho, direct: &direct, areas: &[1.0; 3] };
+            let o = SolveOptions { method: Method::Direct, ..SolveOptions::default() };
+            let (_, report) = solve(&system, &o, &Silent).unwrap();
+            assert_eq!(report.iterations, expected);
+            assert!(report.residual < 1e-14);
+        }
+    }
+
+    #[test]
+    fn patches_without_a_row_keep_their_direct_light_and_reflect_it() {
+        let mut f = FormFactors::new(3, 1 << 20);
+        let row = |columns: &[u32], weights: &[f32]| Row {
+            columns: columns.to_vec(),
+            weights: Weights::Each(weights.to_vec()),
+            ..Row::default()
+        };
+        f.take(&[PatchId(2), PatchId(0)], &[row(&[0, 1], &[0.5, 0.25]), row(&[2], &[0.5])])
+            .unwrap();
+        let direct = [Rgb::splat(1.0), Rgb::splat(4.0), Rgb::ZERO];
+        let rho = [Rgb::splat(0.5); 3];
+        let system = System { factors: &f, rho: &rho, direct: &direct, areas: &[1.0; 3] };
+        for method in ALL {
+            let o = SolveOptions { method, tolerance: 1e-12, ..SolveOptions::default() };
+            let (h, _) = solve(&system, &o, &Silent).unwrap();
+            // h2 = .25 h0 + .125 × 4, h0 = 1 + .25 h2
+            let h2 = 0.75 / (1.0 - 0.0625);
+            for (h, expected) in h.iter().zip([1.0 + 0.25 * h2, 4.0, h2]) {
+                assert!((h.x - expected).abs() < 1e-10, "{method:?}: {h} {expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_does_not_fit_or_has_no_solution_is_refused() {
+        let f = three();
+        let system = System {
+            factors: &f,
+            rho: &[Rgb::splat(0.5); 3],
+            direct: &[Rgb::ONE; 3],
+            areas: &[1.0; 3],
+        };
+        let o = SolveOptions { method: Method::Direct, memory: 70, ..SolveOptions::default() };
+        let error = solve(&system, &o, &Silent).unwrap_err();
+        assert_eq!(error, SolveError::TooLarge { patches: 3, needed_mib: 1, allowed_mib: 0 });
+        assert!(error.to_string().contains("--solver gauss-seidel"));
+
+        let mut closed = FormFactors::new(2, 1 << 20);
+        let all = |j| Row { columns: vec![j], weights: Weights::Each(vec![1.0]), ..Row::default() };
+        closed.take(&[PatchId(0), PatchId(1)], &[all(1), all(0)]).unwrap();
+        let system = System {
+            factors: &closed,
+            rho: &[Rgb::ONE; 2],
+            direct: &[Rgb::ONE; 2],
+            areas: &[1.0; 2],
+        };
+        let o = SolveOptions { method: Method::Direct, ..SolveOptions::default() };
+        assert!(matches!(solve(&system, &o, &Silent), Err(SolveError::NoConvergence { .. })));
     }
 }

@@ -12,6 +12,7 @@
 mod covered;
 mod item_buffer;
 mod occluders;
+mod segments;
 mod simd;
 mod surroundings;
 
@@ -20,6 +21,7 @@ pub(crate) use item_buffer::each_face;
 pub use item_buffer::{Edges, Face, ItemBuffer, PatchArea};
 pub use occluders::{Frame, Occluders, View};
 pub(crate) use occluders::{code, faces_of};
+pub use segments::{Blockers, ROUNDING, Sight};
 pub(crate) use simd::{LANES, multiversion};
 pub use surroundings::{Glimpse, Surroundings, looks_inside_out, share};
 

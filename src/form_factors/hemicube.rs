@@ -279,8 +279,9 @@ impl Scratch {
     #[inline(always)]
     fn write(&mut self, row: &mut Row) {
         row.columns.clear();
-        let mut weights = match &mut row.weights {
-            Weights::Fixed(w) => std::mem::take(w),
+        let mut weights = match std::mem::take(&mut row.weights) {
+            Weights::Fixed(w) => w,
+            Weights::Each(_) => Vec::new(),
         };
         weights.clear();
         for ((group, seen), sums) in

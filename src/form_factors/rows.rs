@@ -12,6 +12,8 @@ use crate::patches::PatchId;
 pub enum Weights {
     /// In units of 1 / [`ONE`], as hemicubes count them: sums are exact.
     Fixed(Vec<u32>),
+    /// As shares of 1, rounded to single precision.
+    Each(Vec<f32>),
 }
 
 impl Weights {
@@ -20,6 +22,29 @@ impl Weights {
     pub fn len(&self) -> usize {
         match self {
             Self::Fixed(w) => w.len(),
+            Self::Each(w) => w.len(),
+        }
+    }
+
+    /// Room for `more` entries.
+    pub(super) fn try_reserve_exact(&mut self, more: usize) -> Result<(), TryReserveError> {
+        match self {
+            Self::Fixed(w) => w.try_reserve_exact(more),
+            Self::Each(w) => w.try_reserve_exact(more),
+        }
+    }
+
+    /// Appends entries, of another form too: both forms together are kept as [`Each`](Self::Each).
+    pub(super) fn append(&mut self, other: &Self) {
+        let shares = |w: &Self| -> Vec<f32> { (0..w.len()).map(|i| w.get(i) as f32).collect() };
+        if matches!((&*self, other), (Self::Fixed(_), Self::Each(_))) {
+            *self = Self::Each(shares(self));
+        }
+        match (self, other) {
+            (Self::Fixed(all), Self::Fixed(w)) => all.extend_from_slice(w),
+            (Self::Each(all), Self::Each(w)) => all.extend_from_slice(w),
+            (Self::Each(all), w) => all.extend(shares(w)),
+            (Self::Fixed(_), Self::Each(_)) => {}
         }
     }
 
@@ -34,6 +59,7 @@ impl Weights {
     pub fn get(&self, i: usize) -> f64 {
         match self {
             Self::Fixed(w) => f64::from(w[i]) / f64::from(ONE),
+            Self::Each(w) => f64::from(w[i]),
         }
     }
 
@@ -42,14 +68,22 @@ impl Weights {
     pub fn sum(&self) -> f64 {
         match self {
             Self::Fixed(w) => w.iter().map(|&w| u64::from(w)).sum::<u64>() as f64 / f64::from(ONE),
+            Self::Each(w) => w.iter().map(|&w| f64::from(w)).sum(),
         }
+    }
+}
+
+impl Default for Weights {
+    /// No entry.
+    fn default() -> Self {
+        Self::Fixed(Vec::new())
     }
 }
 
 /// One row of the matrix of form factors with its full account.
 ///
 /// `Σ weights + environment + back + lost = 1`.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Row {
     /// The patches seen, ascending.
     pub columns: Vec<u32>,
@@ -61,18 +95,6 @@ pub struct Row {
     pub back: f64,
     /// Share lost numerically.
     pub lost: f64,
-}
-
-impl Default for Row {
-    fn default() -> Self {
-        Self {
-            columns: Vec::new(),
-            weights: Weights::Fixed(Vec::new()),
-            environment: 0.0,
-            back: 0.0,
-            lost: 0.0,
-        }
-    }
 }
 
 impl Row {

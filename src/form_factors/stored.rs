@@ -140,6 +140,12 @@ impl FormFactors {
                 }
                 sum / f64::from(super::delta::ONE)
             }
+            Weights::Each(w) => row
+                .columns
+                .iter()
+                .zip(&w[from..to])
+                .map(|(&j, &w)| x[j as usize] * f64::from(w))
+                .sum(),
         }
     }
 
@@ -160,19 +166,20 @@ impl RowSink for FormFactors {
         let mut starts = vec![0];
         let mut columns = Vec::new();
         columns.try_reserve_exact(entries)?;
-        let mut fixed = Vec::new();
-        fixed.try_reserve_exact(entries)?;
+        let mut weights = match rows.first().map(|r| &r.weights) {
+            Some(Weights::Each(_)) => Weights::Each(Vec::new()),
+            _ => Weights::default(),
+        };
+        weights.try_reserve_exact(entries)?;
         for (row, (&id, r)) in ids.iter().zip(rows).enumerate() {
             columns.extend_from_slice(&r.columns);
-            match &r.weights {
-                Weights::Fixed(w) => fixed.extend_from_slice(w),
-            }
+            weights.append(&r.weights);
             starts.push(columns.len());
             self.place[id.index()] = Some((self.blocks.len() as u32, row as u32));
             self.accounts[id.index()] =
                 RowAccount { environment: r.environment, back: r.back, lost: r.lost };
         }
-        self.blocks.push(Block { starts, columns, weights: Weights::Fixed(fixed) });
+        self.blocks.push(Block { starts, columns, weights });
         Ok(())
     }
 }
@@ -212,4 +219,44 @@ pub fn assemble(
         }
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::form_factors::delta::ONE;
+
+    fn row(columns: &[u32], weights: Weights) -> Row {
+        Row { columns: columns.to_vec(), weights, lost: 0.25, ..Row::default() }
+    }
+
+    fn check(f: &FormFactors) {
+        let x = [Rgb::splat(1.0), Rgb::new(2.0, 4.0, 8.0), Rgb::splat(8.0)];
+        let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-7, "{a} {b}");
+        assert_eq!((f.len(), f.rows(), f.entries()), (3, 2, 3));
+        near(f.factor(PatchId(0), PatchId(1)), 0.5);
+        near(f.factor(PatchId(0), PatchId(2)), 0.25);
+        near(f.factor(PatchId(2), PatchId(0)), 0.75);
+        assert_eq!(f.factor(PatchId(1), PatchId(0)), 0.0);
+        near(f.gather(PatchId(0), &x).y, 0.5 * 4.0 + 0.25 * 8.0);
+        near(f.gather(PatchId(2), &x).x, 0.75);
+        near(f.row_sum(PatchId(0)), 0.75);
+        assert_eq!(f.account(PatchId(2)).lost, 0.25);
+    }
+
+    #[test]
+    fn rows_of_either_form_are_kept_and_gathered() {
+        let fixed = |w: &[u32]| Weights::Fixed(w.to_vec());
+        let quarter = ONE / 4 + 1;
+        let a = [fixed(&[2 * quarter, quarter]), fixed(&[3 * quarter])];
+        let b = [Weights::Each(vec![0.5, 0.25]), Weights::Each(vec![0.75])];
+        let mixed = [[a[0].clone(), b[1].clone()], [b[0].clone(), a[1].clone()]];
+        for [first, second] in [a, b].into_iter().chain(mixed) {
+            assert!((first.sum() - 0.75).abs() < 1e-7 && first.len() == 2 && !first.is_empty());
+            let mut f = FormFactors::new(3, 1 << 10);
+            let rows = [row(&[1, 2], first), row(&[0], second)];
+            f.take(&[PatchId(0), PatchId(2)], &rows).unwrap();
+            check(&f);
+        }
+    }
 }

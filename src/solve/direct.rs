@@ -1,0 +1,133 @@
+//! Exact solution by elimination, O(n³): LU factors of the dense matrix with partial pivoting.
+
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::lu::partial_pivoting::{factor, solve as substitute};
+use faer::{Conj, MatMut, Par};
+
+use super::{Method, SolveError, SolveOptions, SolveReport, System};
+use crate::patches::PatchId;
+use crate::progress::Progress;
+use crate::scene::Rgb;
+
+/// Bytes of one number of the dense matrix.
+const NUMBER: u64 = 8;
+
+/// Share of the matrix's memory that the elimination needs beside it, at most.
+const BESIDE: f64 = 0.1;
+
+/// Parts that the elimination is cut into for threads. Fixed, so that their number changes nothing.
+const PARTS: usize = 4;
+
+/// `(I - F diag(ρ_c)) H_c = D_c` for the patches with a row; the others have `H = D` and move to the
+/// right-hand side. Channels with equal reflectances share one factorisation.
+pub(super) fn solve(
+    system: &System<'_>,
+    options: &SolveOptions,
+    progress: &dyn Progress,
+) -> Result<(Vec<Rgb>, SolveReport), SolveError> {
+    let unknowns: Vec<PatchId> = (0..system.factors.len() as u32)
+        .map(PatchId)
+        .filter(|&i| system.factors.has_row(i))
+        .collect();
+    let n = unknowns.len();
+    let bytes = NUMBER * n as u64 * n as u64;
+    let needed = bytes + (BESIDE * bytes as f64) as u64;
+    let too_large = || SolveError::TooLarge {
+        patches: n,
+        needed_mib: needed.div_ceil(1 << 20),
+        allowed_mib: options.memory >> 20,
+    };
+    if needed > options.memory {
+        return Err(too_large());
+    }
+    let mut matrix = Vec::new();
+    matrix.try_reserve_exact(n * n).map_err(|_| too_large())?;
+    matrix.resize(n * n, 0.0);
+
+    let mut h = system.direct.to_vec();
+    let mut open = vec![0, 1, 2];
+    let mut factorisations = 0;
+    while let Some(&channel) = open.first() {
+        let equal =
+            |c: &usize| unknowns.iter().all(|i| rho(system, *i, *c) == rho(system, *i, channel));
+        let (channels, rest): (Vec<usize>, Vec<usize>) = open.iter().partition(|c| equal(c));
+        open = rest;
+        eliminate(system, &unknowns, &channels, &mut matrix, &mut h);
+        factorisations += 1;
+        if progress.advance(1).is_break() {
+            return Err(SolveError::Cancelled);
+        }
+    }
+    let residual = system.residual(&h);
+    // A singular system (a closed room that absorbs nothing) has no finite solution.
+    if residual <= options.tolerance {
+        Ok((h, SolveReport { method: Method::Direct, iterations: factorisations, residual }))
+    } else {
+        Err(SolveError::NoConvergence {
+            iterations: factorisations,
+            residual,
+            tolerance: options.tolerance,
+        })
+    }
+}
+
+fn rho(system: &System<'_>, i: PatchId, channel: usize) -> f64 {
+    system.rho[i.index()][channel]
+}
+
+/// Solves for the given channels, which have the same reflectances.
+fn eliminate(
+    system: &System<'_>,
+    unknowns: &[PatchId],
+    channels: &[usize],
+    matrix: &mut [f64],
+    h: &mut [Rgb],
+) {
+    let n = unknowns.len();
+    let mut place = vec![None; system.factors.len()];
+    for (k, i) in unknowns.iter().enumerate() {
+        place[i.index()] = Some(k);
+    }
+    matrix.fill(0.0);
+    let mut right = vec![0.0; n * channels.len()];
+    for (row, &i) in unknowns.iter().enumerate() {
+        matrix[row * n + row] = 1.0;
+        for (c, &channel) in channels.iter().enumerate() {
+            right[c * n + row] = system.direct[i.index()][channel];
+        }
+        for (j, f) in system.factors.row(i).iter().flat_map(|r| r.entries()) {
+            let f = f * rho(system, j, channels[0]);
+            if let Some(column) = place[j.index()] {
+                matrix[column * n + row] -= f;
+            } else {
+                for (c, &channel) in channels.iter().enumerate() {
+                    right[c * n + row] += f * system.direct[j.index()][channel];
+                }
+            }
+        }
+    }
+    let mut a = MatMut::from_column_major_slice_mut(matrix, n, n);
+    let mut x = MatMut::from_column_major_slice_mut(&mut right, n, channels.len());
+    let par = Par::rayon(PARTS);
+    let (mut forward, mut inverse) = (vec![0_usize; n], vec![0_usize; n]);
+    let scratch = factor::lu_in_place_scratch::<usize, f64>(n, n, par, Default::default())
+        .or(substitute::solve_in_place_scratch::<usize, f64>(n, channels.len(), par));
+    let mut buffer = MemBuffer::new(scratch);
+    let stack = MemStack::new(&mut buffer);
+    let (_, permutation) =
+        factor::lu_in_place(a.as_mut(), &mut forward, &mut inverse, par, stack, Default::default());
+    substitute::solve_in_place_with_conj(
+        a.as_ref(),
+        a.as_ref(),
+        permutation,
+        Conj::No,
+        x.as_mut(),
+        par,
+        stack,
+    );
+    for (row, i) in unknowns.iter().enumerate() {
+        for (c, &channel) in channels.iter().enumerate() {
+            h[i.index()][channel] = right[c * n + row];
+        }
+    }
+}
