@@ -25,6 +25,9 @@ pub enum Command {
     Info(Box<Info>),
     /// List the built-in scenes
     Scenes,
+    /// Repeat the experiments of Kulyasov & Nikulin (2012): classical, hemicube, adaptive
+    #[command(after_long_help = PAPER_EXAMPLES)]
+    Paper(Paper),
 }
 
 const RENDER_EXAMPLES: &str = "Examples:
@@ -36,6 +39,43 @@ const RENDER_EXAMPLES: &str = "Examples:
 const INFO_EXAMPLES: &str = "Examples:
   hemicube info house.glb
   hemicube info model.obj --unit mm --up 0,0,1";
+
+const PAPER_EXAMPLES: &str = "Examples:
+  hemicube paper -o paper --quick
+  hemicube paper table2 -o paper";
+
+/// `hemicube paper`.
+#[derive(Debug, Args)]
+pub struct Paper {
+    /// Which of its tables; all: with a comparison of quality
+    #[arg(value_enum, default_value_t = PaperPart::All)]
+    pub part: PaperPart,
+
+    /// The folder for tables (.csv), plots, pictures and paper.md
+    #[arg(short, long, value_name = "DIR")]
+    pub output: PathBuf,
+
+    /// Two minutes instead of twenty: two sizes of four, small hemicubes, small samples
+    #[arg(long)]
+    pub quick: bool,
+
+    /// Number of threads [default: one a core]
+    #[arg(short = 'j', long, value_name = "N", default_value_t = 0, hide_default_value = true)]
+    pub threads: usize,
+}
+
+/// Part of the paper's experiments.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum PaperPart {
+    /// Classical radiosity against hemicubes
+    Table1,
+    /// Uniform against adaptive subdivision
+    Table2,
+    /// Adaptive subdivision at eight tolerances
+    Table3,
+    /// All tables, and what adaptive subdivision loses
+    All,
+}
 
 /// `hemicube info`.
 #[derive(Debug, Args)]

@@ -5,6 +5,7 @@ mod failure;
 mod info;
 mod input;
 mod machine;
+mod paper;
 mod render;
 mod scenes;
 mod terminal;
@@ -21,6 +22,7 @@ fn main() -> ExitCode {
         Command::Render(r) => render::run(&r),
         Command::Info(i) => info::run(&i),
         Command::Scenes => scenes::run(),
+        Command::Paper(p) => paper::run(&p),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

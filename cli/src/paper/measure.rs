@@ -1,0 +1,288 @@
+//! How long form factors take.
+
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::time::{Duration, Instant};
+
+use hemicube::form_factors::{
+    AssembleError, Classical, Draw, Engine, Hemicube, Row, RowSink, SinkError, assemble,
+};
+use hemicube::patches::{PatchId, Patches};
+use hemicube::progress::Progress;
+use hemicube::scene::{Geometry, Scene, builtin};
+
+use super::conditions::Conditions;
+use super::published::SCENES;
+use crate::failure::Failure;
+use crate::terminal::Bar;
+
+/// The paper's scene of this number, from 1.
+pub fn scene(number: usize) -> Result<Scene, Failure> {
+    let name = SCENES[number - 1];
+    builtin::build(name).ok_or_else(|| Failure::Failed(format!("{name}: no such scene")))
+}
+
+/// Who makes the rows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Way {
+    /// Classical radiosity.
+    Classical,
+    /// Hemicubes on the CPU.
+    Hemicube(Draw),
+}
+
+/// How long all rows take.
+#[derive(Debug, Clone, Copy)]
+pub struct Timing {
+    /// Seconds for all rows, estimated if not all were measured.
+    pub seconds: f64,
+    /// Rows that were measured.
+    pub rows: usize,
+    /// Whether a sample stands for all rows.
+    pub estimated: bool,
+    /// Ray-triangle tests a second, of those who count them.
+    pub tests_per_second: Option<f64>,
+}
+
+/// A share of a bar.
+pub struct Part<'a> {
+    bar: &'a Bar,
+    weight: u64,
+    total: u64,
+    done: AtomicU64,
+}
+
+impl<'a> Part<'a> {
+    /// `weight` units of the bar for `total` units of work.
+    pub fn new(bar: &'a Bar, weight: u64, total: usize) -> Self {
+        Self { bar, weight, total: (total as u64).max(1), done: AtomicU64::new(0) }
+    }
+
+    /// The work is done, however much it was.
+    pub fn finish(&self) -> Result<(), Failure> {
+        continue_or_cancel(self.advance(self.total))
+    }
+}
+
+impl Progress for Part<'_> {
+    fn stage(&self, _name: &str, _total: u64) {}
+
+    fn advance(&self, n: u64) -> ControlFlow<()> {
+        let before = self.done.fetch_add(n, Ordering::Relaxed);
+        let reached = |done: u64| self.weight * done.min(self.total) / self.total;
+        self.bar.advance(reached(before + n) - reached(before))
+    }
+}
+
+fn continue_or_cancel(flow: ControlFlow<()>) -> Result<(), Failure> {
+    if flow.is_break() { Err(Failure::Cancelled) } else { Ok(()) }
+}
+
+/// What a failed assembly means to the user.
+pub fn assembly_failure(error: AssembleError) -> Failure {
+    match error {
+        AssembleError::Cancelled => Failure::Cancelled,
+        e => Failure::failed(e),
+    }
+}
+
+/// A sink that drops rows.
+pub struct Dropped;
+
+impl RowSink for Dropped {
+    fn take(&mut self, _ids: &[PatchId], _rows: &[Row]) -> Result<(), SinkError> {
+        Ok(())
+    }
+}
+
+/// Runs something again until it has taken long enough, and returns the shortest time.
+pub fn best(
+    conditions: &Conditions,
+    mut run: impl FnMut() -> Result<f64, Failure>,
+) -> Result<f64, Failure> {
+    let mut seconds = run()?;
+    let mut spent = seconds;
+    for _ in 1..conditions.repeats {
+        if spent >= conditions.enough {
+            break;
+        }
+        let again = run()?;
+        spent += again;
+        seconds = seconds.min(again);
+    }
+    Ok(seconds)
+}
+
+/// How long it takes to make all rows and drop them, by an engine new each time.
+pub fn all_rows(
+    way: Way,
+    geometry: &Geometry,
+    patches: &Patches,
+    conditions: &Conditions,
+    progress: &Part<'_>,
+) -> Result<Timing, Failure> {
+    if let Some(estimate) = sampled(way, geometry, patches, conditions, progress)? {
+        return Ok(estimate);
+    }
+    let ids: Vec<PatchId> = patches.ids().collect();
+    let mut tests = None;
+    let seconds = best(conditions, || {
+        let start = Instant::now();
+        match way {
+            Way::Classical => {
+                let mut engine = Classical::new(geometry, patches);
+                assemble(&mut engine, &ids, &mut Dropped, progress).map_err(assembly_failure)?;
+                tests = Some(engine.tests() as f64);
+            }
+            Way::Hemicube(draw) => {
+                let mut engine = hemicube(geometry, patches, conditions, draw)?;
+                assemble(&mut engine, &ids, &mut Dropped, progress).map_err(assembly_failure)?;
+            }
+        }
+        Ok(start.elapsed().as_secs_f64())
+    })?;
+    let tests_per_second = tests.map(|t| t / seconds);
+    Ok(Timing { seconds, rows: ids.len(), estimated: false, tests_per_second })
+}
+
+/// The engine under these conditions.
+pub fn hemicube<'a>(
+    geometry: &'a Geometry,
+    patches: &'a Patches,
+    conditions: &Conditions,
+    draw: Draw,
+) -> Result<Hemicube<'a>, Failure> {
+    Hemicube::new(geometry, patches, conditions.hemicube(draw)).map_err(Failure::failed)
+}
+
+/// An estimate from a sample of rows, spread evenly; `None` if all rows should not take longer than
+/// the conditions allow.
+fn sampled(
+    way: Way,
+    geometry: &Geometry,
+    patches: &Patches,
+    conditions: &Conditions,
+    progress: &Part<'_>,
+) -> Result<Option<Timing>, Failure> {
+    let n = patches.len();
+    let order = spread(n);
+    let start = Instant::now();
+    let mut engine = match way {
+        Way::Classical => Sampler::Classical(Some(Classical::new(geometry, patches))),
+        Way::Hemicube(draw) => Sampler::Hemicube(hemicube(geometry, patches, conditions, draw)?),
+    };
+    let threads = rayon::current_num_threads();
+    let (mut rows, mut next) = (0, threads);
+    while rows < n {
+        let ids = &order[rows..n.min(rows + next)];
+        engine.fill(ids, progress)?;
+        rows += ids.len();
+        let elapsed = start.elapsed().as_secs_f64();
+        let seconds = elapsed * way.scale(rows, n);
+        if seconds <= conditions.budget {
+            return Ok(None);
+        }
+        // Whole batches of all threads, and the last ones large, so that none waits long.
+        let affordable = (conditions.budget / elapsed - 1.0) * rows as f64;
+        next = (affordable as usize / threads * threads).min(3 * rows);
+        if next == 0 {
+            let tests_per_second = engine.tests().map(|t| t / elapsed);
+            return Ok(Some(Timing { seconds, rows, estimated: true, tests_per_second }));
+        }
+    }
+    Ok(None)
+}
+
+impl Way {
+    /// Time of all `n` rows over that of `m`. The classical engine computes the visibility of a pair
+    /// with the first of its two rows: `m` rows take `m n - m²/2` of the `n²/2` pairs.
+    fn scale(self, m: usize, n: usize) -> f64 {
+        let (m, n) = (m as f64, n as f64);
+        match self {
+            Self::Classical => n * n / (m * (2.0 * n - m)),
+            Self::Hemicube(_) => n / m,
+        }
+    }
+}
+
+/// An engine that makes a few rows.
+enum Sampler<'a> {
+    /// Away while it works.
+    Classical(Option<Classical>),
+    Hemicube(Hemicube<'a>),
+}
+
+impl Sampler<'_> {
+    /// Makes rows. The classical engine may take long for a few: it works on a thread of its own,
+    /// which is left alone when the user cancels.
+    fn fill(&mut self, ids: &[PatchId], progress: &Part<'_>) -> Result<(), Failure> {
+        let mut rows = vec![Row::default(); ids.len()];
+        match self {
+            Self::Hemicube(engine) => engine.fill(ids, &mut rows).map_err(Failure::failed)?,
+            Self::Classical(place) => {
+                let Some(mut engine) = place.take() else { return Ok(()) };
+                let (ids, (done, wait)) = (ids.to_vec(), channel());
+                std::thread::spawn(move || {
+                    let result = engine.fill(&ids, &mut rows);
+                    let _ = done.send((engine, result));
+                });
+                let (engine, result) = loop {
+                    match wait.recv_timeout(Duration::from_millis(50)) {
+                        Ok(made) => break made,
+                        Err(RecvTimeoutError::Timeout) => {
+                            continue_or_cancel(progress.advance(0))?;
+                        }
+                        Err(RecvTimeoutError::Disconnected) => {
+                            return Err(Failure::failed("the classical engine stopped"));
+                        }
+                    }
+                };
+                result.map_err(Failure::failed)?;
+                *place = Some(engine);
+            }
+        }
+        continue_or_cancel(progress.advance(0))
+    }
+
+    fn tests(&self) -> Option<f64> {
+        match self {
+            Self::Classical(engine) => engine.as_ref().map(|e| e.tests() as f64),
+            Self::Hemicube(_) => None,
+        }
+    }
+}
+
+/// All patches in an order whose every beginning is spread evenly: steps of about the golden ratio.
+fn spread(n: usize) -> Vec<PatchId> {
+    let golden = (n as f64 * 0.618_033_988_749_895) as usize;
+    let coprime = |s: &usize| (1..=*s).rev().find(|d| s % d == 0 && n % d == 0) == Some(1);
+    let step = (golden.max(1)..=n.max(1)).find(coprime).unwrap_or(1);
+    (0..n).map(|k| PatchId(((k * step + n / 3) % n) as u32)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sample_is_spread_and_takes_every_row_once() {
+        for n in [1, 2, 7, 546, 32_160] {
+            let mut ids = spread(n);
+            ids.sort_unstable();
+            assert!(ids.iter().enumerate().all(|(i, id)| id.index() == i));
+        }
+        let first = &spread(30_000)[..9];
+        for third in 0..3 {
+            assert_eq!(first.iter().filter(|id| id.index() / 10_000 == third).count(), 3);
+        }
+    }
+
+    #[test]
+    fn estimates_end_at_what_is_measured() {
+        for way in [Way::Classical, Way::Hemicube(Draw::Sources)] {
+            assert_eq!(way.scale(500, 500), 1.0);
+        }
+        assert!((Way::Classical.scale(1, 1000) - 500.25).abs() < 0.01);
+    }
+}
