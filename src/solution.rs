@@ -130,18 +130,26 @@ pub enum LightError {
     Solve(#[from] SolveError),
     /// It would not fit in memory.
     #[error(
-        "{patches} patches take about {needed_mib} MiB, {allowed_mib} MiB are allowed; use --patch-size {proposal:.3} (m²) or more, a lower --resolution, or more --memory"
+        "{patches} patches take about {}, {} are allowed; use {}a lower --resolution, or more --memory", amount(*needed), amount(*allowed), proposal.map_or(String::new(), |p| format!("--patch-size {p:.3} (m²) or more, "))
     )]
     Memory {
         /// Number of patches.
         patches: usize,
-        /// Predicted need in MiB.
-        needed_mib: u64,
-        /// What is allowed in MiB.
-        allowed_mib: u64,
-        /// A patch size that should fit, m².
-        proposal: f64,
+        /// Predicted need in bytes.
+        needed: u64,
+        /// What is allowed in bytes.
+        allowed: u64,
+        /// A patch size that should fit, m², where a larger one helps.
+        proposal: Option<f64>,
     },
+}
+
+/// Bytes as people say them.
+fn amount(bytes: u64) -> String {
+    match bytes {
+        0..1_048_576 => format!("{} KiB", bytes.div_ceil(1 << 10)),
+        _ => format!("{} MiB", bytes.div_ceil(1 << 20)),
+    }
 }
 
 impl LightError {
@@ -294,12 +302,13 @@ fn check_memory(
         return Ok(());
     }
     // Entries grow at most as the square of the number of patches, and with it linearly in between.
-    let proposal = patch_size * (needed / allowed as f64).max(1.1);
+    let larger = patch_size * (needed / allowed as f64).max(1.1);
+    let largest = patches.ids().map(|i| patches.area(i)).fold(0.0, f64::max);
     Err(LightError::Memory {
         patches: n,
-        needed_mib: (needed / f64::from(1 << 20)).ceil() as u64,
-        allowed_mib: allowed >> 20,
-        proposal,
+        needed: needed as u64,
+        allowed,
+        proposal: Some(larger).filter(|l| *l < 64.0 * largest),
     })
 }
 
