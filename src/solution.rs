@@ -303,12 +303,14 @@ fn check_memory(
     }
     // Entries grow at most as the square of the number of patches, and with it linearly in between.
     let larger = patch_size * (needed / allowed as f64).max(1.1);
-    let largest = patches.ids().map(|i| patches.area(i)).fold(0.0, f64::max);
+    let source = |i| patches.area(i) * f64::from(1_u32 << (2 * u32::from(patches.cell(i).level)));
+    let largest = patches.ids().map(source).fold(0.0, f64::max);
     Err(LightError::Memory {
         patches: n,
         needed: needed as u64,
         allowed,
-        proposal: Some(larger).filter(|l| *l < 64.0 * largest),
+        // Beyond whole source triangles a larger size changes nothing.
+        proposal: Some(larger).filter(|l| *l < largest),
     })
 }
 
