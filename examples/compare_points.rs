@@ -3,6 +3,8 @@
 //! The CSV has columns x, y, z, nx, ny, nz, covered, E_r, E_g, E_b. Prints the RMS and the worst of
 //! the relative error of luminance over uncovered points brighter than 1 % of the mean.
 
+#![allow(clippy::print_stdout, reason = "an example")]
+
 use std::error::Error;
 use std::path::Path;
 

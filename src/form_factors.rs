@@ -10,6 +10,8 @@
 pub mod classical;
 pub mod delta;
 pub mod hemicube;
+#[cfg(feature = "gpu")]
+pub mod hemicube_gpu;
 pub mod kernel;
 mod lit;
 mod rows;
@@ -17,6 +19,8 @@ mod stored;
 
 pub use classical::Classical;
 pub use hemicube::{Draw, Hemicube, HemicubeError, HemicubeOptions};
+#[cfg(feature = "gpu")]
+pub use hemicube_gpu::{AdapterReport, Gpu, GpuError, GpuSeconds, HemicubeGpu};
 pub use lit::assemble_lit;
 pub use rows::{Engine, EngineError, Row, RowSink, SinkError, Weights};
 pub use stored::{AssembleError, BLOCK, ENTRY_BYTES, FormFactors, RowAccount, assemble};

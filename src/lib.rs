@@ -11,16 +11,15 @@
 
 pub mod progress;
 pub mod scene;
-
-pub mod direct;
-pub mod export;
-pub mod form_factors;
 pub mod patches;
-pub mod reconstruct;
+pub mod visibility;
+pub mod form_factors;
+pub mod direct;
+pub mod solve;
 pub mod refine;
-pub mod render;
+pub mod reconstruct;
 pub mod report;
 pub mod solution;
-pub mod solve;
+pub mod render;
 pub mod tone;
-pub mod visibility;
+pub mod export;

@@ -308,9 +308,21 @@ impl Patches {
         self.cuts.on_side(side)
     }
 
+    /// Whether something parts this patch.
+    #[inline(always)]
+    pub(crate) fn is_cut(&self, id: PatchId) -> bool {
+        self.cuts.is_cut(id)
+    }
+
     /// The patch that a point in the cell of patch `id` belongs to, by its barycentric coordinates.
     pub(crate) fn owner(&self, id: PatchId, l: DVec3) -> PatchId {
         self.cuts.owner(id, || self.cell(id).local(l), DVec2::new(l.y, l.z))
+    }
+
+    /// How contacts cut a patch, for a twin of [`owner`](Self::owner).
+    #[cfg(feature = "gpu")]
+    pub(crate) fn cut_of(&self, id: PatchId) -> Option<&cut::CutPatch> {
+        self.cuts.of(id)
     }
 
     /// Whether something stands on or passes through the surface near a patch.

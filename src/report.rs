@@ -35,9 +35,9 @@ pub struct EngineReport {
     /// Its name.
     pub name: &'static str,
     /// Pixels along a hemicube's top.
-    pub resolution: usize,
+    pub resolution: Option<usize>,
     /// What was projected.
-    pub draw: &'static str,
+    pub draw: Option<&'static str>,
 }
 
 /// Account of all rows.

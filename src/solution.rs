@@ -7,7 +7,7 @@ use thiserror::Error;
 
 use crate::direct;
 use crate::form_factors::{
-    AssembleError, Draw, Engine, EngineError, FormFactors, Hemicube, HemicubeError,
+    AssembleError, Classical, Draw, Engine, EngineError, FormFactors, Hemicube, HemicubeError,
     HemicubeOptions, Row, assemble_lit,
 };
 use crate::patches::{PatchId, Patches, PatchesError};
@@ -15,7 +15,7 @@ use crate::progress::Progress;
 use crate::reconstruct::Field;
 use crate::refine::factor::{FactorRule, RefineError};
 use crate::report::{EngineReport, Report, RowsReport, Stage};
-use crate::scene::{Rgb, Scene};
+use crate::scene::{Geometry, Rgb, Scene};
 use crate::solve::{EnergyBalance, SolveError, SolveOptions, System, solve};
 use crate::visibility::{COVERED, uncover};
 
@@ -27,12 +27,49 @@ pub struct LightOptions {
     pub patch_size: Option<f64>,
     /// Split further where form factors demand it.
     pub adaptive: Option<Adaptive>,
-    /// The hemicubes.
-    pub hemicube: HemicubeOptions,
+    /// Who makes the form factors.
+    pub engine: EngineOptions,
     /// The solver.
     pub solve: SolveOptions,
     /// Bytes that the work may take.
     pub memory: u64,
+}
+
+/// Who makes the form factors.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum EngineOptions {
+    /// Hemicubes on the CPU.
+    Hemicube(HemicubeOptions),
+    /// One visibility ray a pair against every patch: the paper's baseline.
+    Classical,
+}
+
+impl EngineOptions {
+    /// The engine for these patches.
+    pub fn engine<'a>(
+        &self,
+        geometry: &'a Geometry,
+        patches: &'a Patches,
+    ) -> Result<Box<dyn Engine + 'a>, LightError> {
+        Ok(match *self {
+            Self::Hemicube(options) => Box::new(Hemicube::new(geometry, patches, options)?),
+            Self::Classical => Box::new(Classical::new(geometry, patches)),
+        })
+    }
+
+    fn report(&self) -> EngineReport {
+        match self {
+            Self::Hemicube(o) => EngineReport {
+                name: "hemicube",
+                resolution: Some(o.resolution),
+                draw: Some(match o.draw {
+                    Draw::Sources => "sources",
+                    Draw::Patches => "patches",
+                }),
+            },
+            Self::Classical => EngineReport { name: "classical", resolution: None, draw: None },
+        }
+    }
 }
 
 /// The paper's adaptive subdivision.
@@ -136,36 +173,34 @@ pub fn light(
     let finest = uncover(geometry, Patches::uniform(geometry, finest)?);
     clock.lap("subdivide");
 
-    let mut engine = Hemicube::new(geometry, &finest, options.hemicube)?;
-    check_memory(&mut engine, &finest, patch_size, options.memory)?;
-    let engine_report = EngineReport {
-        name: engine.name(),
-        resolution: options.hemicube.resolution,
-        draw: match options.hemicube.draw {
-            Draw::Sources => "sources",
-            Draw::Patches => "patches",
-        },
-    };
-    let (patches, factors) = match options.adaptive {
+    let mut engine = options.engine.engine(geometry, &finest)?;
+    check_memory(&mut *engine, &finest, patch_size, options.memory)?;
+    let lamps = direct::from_lamps(scene, &finest);
+    let (patches, factors, lamps) = match options.adaptive {
         None => {
-            let factors = lit_rows(scene, &finest, &mut engine, options.memory, progress)?;
+            let lit = |i: PatchId| lamps[i.index()].max_element() > 0.0;
+            let factors = lit_rows(scene, &finest, lit, &mut *engine, options.memory, progress)?;
             drop(engine);
-            (finest, factors)
+            (finest, factors, lamps)
         }
         Some(Adaptive { max_factor, min_area }) => {
             let start_area = Some(patch_size);
             let rule = FactorRule { max_factor, min_area, start_area, balance: true };
             progress.stage("form factors", 0);
             let shared = Arc::new(finest.clone());
-            let refined = rule.refine(geometry, shared, &mut engine, options.memory, progress)?;
-            (refined.patches, refined.factors)
+            let refined = rule.refine(geometry, shared, &mut *engine, options.memory, progress)?;
+            let lamps = direct::from_lamps(scene, &refined.patches);
+            (refined.patches, refined.factors, lamps)
         }
     };
     clock.lap("form factors");
 
     let rho = direct::reflectance(&scene.optics, &patches);
     let emission = direct::emission(&scene.optics, &patches);
-    let direct = direct::through_rows(&factors, &emission, scene.sky);
+    let mut direct = direct::through_rows(&factors, &emission, scene.sky);
+    for (direct, lamps) in direct.iter_mut().zip(&lamps) {
+        *direct += *lamps;
+    }
     let areas: Vec<f64> = patches.ids().map(|i| patches.area(i)).collect();
     let system = System { factors: &factors, rho: &rho, direct: &direct, areas: &areas };
     progress.stage("solve", 0);
@@ -179,10 +214,10 @@ pub fn light(
         source_triangles: geometry.len(),
         patches: patches.len(),
         patch_size,
-        engine: Some(engine_report),
+        engine: Some(options.engine.report()),
         rows: Some(rows_report(&factors, &areas)),
         solve: Some(solved),
-        energy: Some(EnergyBalance::of(&system, &emission, scene.sky, None, &irradiance)),
+        energy: Some(EnergyBalance::of(&system, &emission, scene.sky, Some(&lamps), &irradiance)),
         stages: clock.stages,
         peak_memory_bytes: None,
     };
@@ -193,6 +228,7 @@ pub fn light(
 fn lit_rows(
     scene: &Scene,
     patches: &Patches,
+    lit: impl Fn(PatchId) -> bool,
     engine: &mut dyn Engine,
     memory: u64,
     progress: &dyn Progress,
@@ -201,7 +237,8 @@ fn lit_rows(
     let emission = direct::emission(&scene.optics, patches);
     let mut factors = FormFactors::new(patches.len(), memory);
     let has_sky = scene.sky.max_element() > 0.0;
-    let seeds = patches.ids().filter(|i| has_sky || emission[i.index()].max_element() > 0.0);
+    let emits = |i: PatchId| emission[i.index()].max_element() > 0.0;
+    let seeds = patches.ids().filter(|&i| has_sky || emits(i) || lit(i));
     let shines = |i: PatchId| (rho[i.index()] + emission[i.index()]).max_element() > 0.0;
     progress.stage("form factors", patches.len() as u64);
     assemble_lit(engine, patches, seeds, shines, &mut factors, progress)?;

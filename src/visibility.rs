@@ -16,8 +16,10 @@ mod segments;
 mod simd;
 mod surroundings;
 
-pub use covered::{COVERED, uncover};
+pub use covered::{COVERED, covered_triangles, uncover};
 pub(crate) use item_buffer::each_face;
+#[cfg(feature = "gpu")]
+pub(crate) use item_buffer::turn;
 pub use item_buffer::{Edges, Face, ItemBuffer, PatchArea};
 pub use occluders::{Frame, Occluders, View};
 pub(crate) use occluders::{code, faces_of};

@@ -179,13 +179,17 @@ pub struct Light {
     #[arg(long, value_name = "AREA", requires = "max_factor")]
     pub min_patch: Option<f64>,
 
-    /// Pixels along a hemicube's top, even, 16 to 1024
-    #[arg(long, value_name = "N", default_value_t = 128)]
-    pub resolution: usize,
+    /// Who makes the form factors
+    #[arg(long, value_enum, default_value_t = EngineArg::Hemicube, hide_short_help = true)]
+    pub engine: EngineArg,
 
-    /// What is projected on the hemicubes
-    #[arg(long, value_enum, default_value_t = DrawChoice::Sources, hide_short_help = true)]
-    pub draw: DrawChoice,
+    /// Pixels along a hemicube's top, even, 16 to 1024 [default: 128]
+    #[arg(long, value_name = "N")]
+    pub resolution: Option<usize>,
+
+    /// What is projected on the hemicubes [default: sources]
+    #[arg(long, value_enum, hide_short_help = true)]
+    pub draw: Option<DrawChoice>,
 
     /// How the energy balance is solved
     #[arg(long, value_enum, default_value_t = SolverChoice::GaussSeidel, hide_short_help = true)]
@@ -204,8 +208,12 @@ pub struct Light {
     pub report: Option<PathBuf>,
 
     /// Say nothing but errors
-    #[arg(short, long)]
+    #[arg(short, long, conflicts_with = "verbose")]
     pub quiet: bool,
+
+    /// Say how long each stage took and where the light went
+    #[arg(short, long)]
+    pub verbose: bool,
 }
 
 /// `hemicube render`.
@@ -261,6 +269,15 @@ pub enum Exposure {
     Stops(f64),
 }
 
+/// `--engine`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum EngineArg {
+    /// A whole row at once from an item buffer
+    Hemicube,
+    /// One visibility ray a pair against every patch: the paper's baseline, slow
+    Classical,
+}
+
 /// `--draw`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum DrawChoice {
@@ -279,6 +296,8 @@ pub enum SolverChoice {
     Jacobi,
     /// Distributing the largest unshot flux first
     Shooting,
+    /// Exactly, by dense LU: takes memory as the square of the number of patches
+    Direct,
 }
 
 /// `--tone`.

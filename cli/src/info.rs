@@ -1,7 +1,7 @@
 //! `hemicube info`: what a model holds, and what is doubtful about it.
 
 use hemicube::scene::{Finding, Lamp, Part, Scene, Severity, Sides, inspect};
-use hemicube::visibility::looks_inside_out;
+use hemicube::visibility::{covered_triangles, looks_inside_out};
 
 use crate::args::Info;
 use crate::failure::Failure;
@@ -23,8 +23,31 @@ pub fn run(args: &Info) -> Result<(), Failure> {
             remedy: String::from("flip the normals in the modeller, or use --sides two"),
         });
     }
+    scene.findings.extend(covered(&scene));
     describe(&scene);
     Ok(())
+}
+
+/// Triangles that lie under something: their light and shade mean nothing.
+fn covered(scene: &Scene) -> Option<Finding> {
+    const LOOKED_AT: usize = 5_000;
+    let g = &scene.geometry;
+    let found = covered_triangles(g, LOOKED_AT);
+    let first = found.first()?;
+    let sampled =
+        if g.len() > LOOKED_AT { format!(" of {LOOKED_AT} looked at") } else { String::new() };
+    let surface = g.surfaces.get(g.surface_of[first.index()] as usize).map_or("?", |s| &s.name);
+    Some(Finding {
+        severity: Severity::Note,
+        place: format!("surface {surface}, triangle {}", first.0),
+        message: format!(
+            "{} triangles{sampled} are covered: most of what their centre sees are backs; the first is here",
+            found.len()
+        ),
+        remedy: String::from(
+            "no harm if something stands there; else turn the covering faces round",
+        ),
+    })
 }
 
 fn describe(scene: &Scene) {

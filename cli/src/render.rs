@@ -10,11 +10,11 @@ use hemicube::refine::factor::RefineError;
 use hemicube::render::{PictureOptions, RenderError, Renderer};
 use hemicube::report::{Report, Stage};
 use hemicube::scene::Scene;
-use hemicube::solution::{Adaptive, LightError, LightOptions, Solution, light};
+use hemicube::solution::{Adaptive, EngineOptions, LightError, LightOptions, Solution, light};
 use hemicube::solve::{Method, SolveOptions};
 use hemicube::tone::{KEY, Tone};
 
-use crate::args::{DrawChoice, Exposure, Light, Render, SolverChoice, ToneChoice};
+use crate::args::{DrawChoice, EngineArg, Exposure, Light, Render, SolverChoice, ToneChoice};
 use crate::failure::Failure;
 use crate::input;
 use crate::machine;
@@ -64,6 +64,9 @@ pub fn run(args: &Render) -> Result<(), Failure> {
     }
     solution.report.stages.push(Stage { name: "reconstruct", seconds });
     solution.report.stages.push(Stage { name: "picture", seconds: picture_seconds });
+    if args.light.verbose {
+        say_details(&solution.report);
+    }
     write_report(&mut solution.report, &args.light)?;
     print(&output.display().to_string());
     Ok(())
@@ -88,28 +91,25 @@ fn output_of(scene: &Scene, args: &Render) -> Result<PathBuf, Failure> {
 
 /// Lights the scene as the command line says.
 pub fn lit(scene: &Scene, args: &Light, bar: &Bar) -> Result<Solution, Failure> {
+    let memory = args.memory.unwrap_or_else(machine::available_memory);
     let options = LightOptions {
         patch_size: args.patch_size,
         adaptive: args
             .max_factor
             .zip(args.min_patch)
             .map(|(max_factor, min_area)| Adaptive { max_factor, min_area }),
-        hemicube: HemicubeOptions {
-            resolution: args.resolution,
-            draw: match args.draw {
-                DrawChoice::Sources => Draw::Sources,
-                DrawChoice::Patches => Draw::Patches,
-            },
-        },
+        engine: engine_of(args)?,
         solve: SolveOptions {
             method: match args.solver {
                 SolverChoice::GaussSeidel => Method::GaussSeidel,
                 SolverChoice::Jacobi => Method::Jacobi,
                 SolverChoice::Shooting => Method::Shooting,
+                SolverChoice::Direct => Method::Direct,
             },
+            memory,
             ..SolveOptions::default()
         },
-        memory: args.memory.unwrap_or_else(machine::available_memory),
+        memory,
     };
     let solution = light(scene, &options, bar).map_err(|e| match e {
         e if e.is_cancelled() => Failure::Cancelled,
@@ -135,6 +135,59 @@ pub fn lit(scene: &Scene, args: &Light, bar: &Bar) -> Result<Solution, Failure> 
         ));
     }
     Ok(solution)
+}
+
+/// The engine asked for; a flag that it does not use is an error.
+fn engine_of(args: &Light) -> Result<EngineOptions, Failure> {
+    match args.engine {
+        EngineArg::Hemicube => Ok(EngineOptions::Hemicube(HemicubeOptions {
+            resolution: args.resolution.unwrap_or(HemicubeOptions::default().resolution),
+            draw: match args.draw {
+                Some(DrawChoice::Patches) => Draw::Patches,
+                Some(DrawChoice::Sources) | None => Draw::Sources,
+            },
+        })),
+        EngineArg::Classical => {
+            for (flag, given) in
+                [("--resolution", args.resolution.is_some()), ("--draw", args.draw.is_some())]
+            {
+                if given {
+                    return Err(Failure::Input(format!(
+                        "{flag} is for hemicubes; --engine classical does not use it"
+                    )));
+                }
+            }
+            Ok(EngineOptions::Classical)
+        }
+    }
+}
+
+/// Says how long each stage took and where the light went.
+fn say_details(report: &Report) {
+    for stage in &report.stages {
+        say(&format!("{:14} {:8.3} s", stage.name, stage.seconds));
+    }
+    if let Some(r) = report.rows {
+        say(&format!(
+            "rows: {} with {} entries ({} MiB); on average {:.4} to patches, {:.4} to the environment, \
+             {:.4} to backs, {:.4} lost; {} covered; reciprocity error {:.1} % RMS",
+            r.rows,
+            r.entries,
+            r.bytes >> 20,
+            r.entries_share,
+            r.environment,
+            r.back,
+            r.lost,
+            r.covered,
+            100.0 * r.reciprocity_rms
+        ));
+    }
+    if let Some(s) = report.solve {
+        say(&format!("solution: {} iterations, residual {:.1e}", s.iterations, s.residual));
+    }
+    if let Some(e) = report.energy {
+        say(&format!("energy: {:+.2} % imbalance of all that is emitted", 100.0 * e.imbalance));
+    }
 }
 
 fn picture_failure(error: RenderError) -> Failure {

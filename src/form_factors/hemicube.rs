@@ -13,6 +13,7 @@
 //! - A pixel on a part of a patch that something standing on it parts from the patch's centre counts
 //!   for the neighbour that the part belongs to ([`Patches::at`]).
 //! - The patch's own source triangle is left out by its id, never by depth.
+//! - Backs that do not reflect lose against all that is nearly as near: a closed body shows none.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -51,6 +52,17 @@ pub struct HemicubeOptions {
 impl Default for HemicubeOptions {
     fn default() -> Self {
         Self { resolution: 128, draw: Draw::Sources }
+    }
+}
+
+impl HemicubeOptions {
+    /// An error if the resolution is not one that hemicubes can have.
+    pub(super) fn check(&self) -> Result<(), HemicubeError> {
+        let n = self.resolution;
+        if !(16..=1024).contains(&n) || n % 2 == 1 {
+            return Err(HemicubeError::Resolution(n));
+        }
+        Ok(())
     }
 }
 
@@ -107,10 +119,8 @@ impl<'a> Hemicube<'a> {
         patches: &'a Patches,
         options: HemicubeOptions,
     ) -> Result<Self, HemicubeError> {
+        options.check()?;
         let n = options.resolution;
-        if !(16..=1024).contains(&n) || n % 2 == 1 {
-            return Err(HemicubeError::Resolution(n));
-        }
         let delta = DeltaFormFactors::new(n);
         let faces = Face::hemicube(n);
         let pad = |weights: &[u32]| -> Vec<u32> {
@@ -217,7 +227,8 @@ fn project_sources(engine: &Hemicube<'_>, own: TriangleId, s: &mut Scratch) {
         {
             if !std::mem::replace(&mut known, true) {
                 let Some(edges) = Edges::new(corners) else { continue };
-                s.edges[i] = edges;
+                let absorbs = edges.back && engine.patches.split_of(id, Side::Back) == Split::None;
+                s.edges[i] = if absorbs { edges.receded() } else { edges };
             }
             let edges = &s.edges[i];
             let item = 2 * i as u32 + u32::from(edges.back);
@@ -236,8 +247,10 @@ fn project_patches(engine: &Hemicube<'_>, own: TriangleId, s: &mut Scratch) {
         }
         let corners = engine.occluders.corners_in(&s.view, i);
         let Some(edges) = Edges::new(corners) else { continue };
-        s.edges[id.index()] = edges;
         let side = if edges.back { Side::Back } else { Side::Front };
+        let absorbs = engine.patches.split_of(id, side) == Split::None;
+        let edges = if absorbs { edges.receded() } else { edges };
+        s.edges[id.index()] = edges;
         let mut draw = |patch: [Vec3; 3], area: &PatchArea, item: u32| {
             let joined = patch.iter().fold(0, |c, p| c | code(p.x, p.y, p.z));
             let faces = faces_of(joined);
@@ -247,7 +260,7 @@ fn project_patches(engine: &Hemicube<'_>, own: TriangleId, s: &mut Scratch) {
                 s.buffers[F].draw_patch::<F>(&engine.faces[F], bounds, &edges, area, item);
             });
         };
-        if engine.patches.split_of(id, side) == Split::None {
+        if absorbs {
             let whole = PatchArea { strips: 1.0, strip: [0.0; 3], inverted: false };
             draw(corners, &whole, BACK);
         }
@@ -409,6 +422,9 @@ fn count_run<const F: usize>(
                 let (from, to) = (run.start.max(start), run.end.min(start + LANES));
                 if engine.finest.has_cuts(side) {
                     for l in from - start..to - start {
+                        if !engine.finest.is_cut(PatchId(first + ids[l])) {
+                            continue;
+                        }
                         let f = [e0[0] * xs[l] + c0, e1[0] * xs[l] + c1, e2[0] * xs[l] + c2];
                         ids[l] = owner(engine, first + ids[l], f) - first;
                     }

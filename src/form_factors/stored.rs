@@ -49,6 +49,36 @@ pub struct StoredRow<'a> {
 }
 
 impl StoredRow<'_> {
+    /// The row with the columns that are parts of one patch added up: `patch_of` each column. `sums`
+    /// is room for one number a patch, all zero before and after. Fixed-point sums are exact.
+    pub fn merged(&self, patch_of: &[u32], sums: &mut [f64]) -> (Vec<u32>, Weights) {
+        let at = self.start..self.start + self.columns.len();
+        let mut columns = Vec::new();
+        let mut add = |j: u32, w: f64| {
+            let patch = patch_of[j as usize];
+            if sums[patch as usize] == 0.0 {
+                columns.push(patch);
+            }
+            sums[patch as usize] += w;
+        };
+        match self.weights {
+            Weights::Fixed(w) => {
+                self.columns.iter().zip(&w[at]).for_each(|(&j, &w)| add(j, f64::from(w)));
+            }
+            Weights::Each(w) => {
+                self.columns.iter().zip(&w[at]).for_each(|(&j, &w)| add(j, f64::from(w)));
+            }
+        }
+        columns.sort_unstable();
+        columns.dedup();
+        let taken = columns.iter().map(|&p| std::mem::take(&mut sums[p as usize]));
+        let weights = match self.weights {
+            Weights::Fixed(_) => Weights::Fixed(taken.map(|w| w as u32).collect()),
+            Weights::Each(_) => Weights::Each(taken.map(|w| w as f32).collect()),
+        };
+        (columns, weights)
+    }
+
     /// Patches and form factors in turn.
     pub fn entries(&self) -> impl Iterator<Item = (PatchId, f64)> + '_ {
         self.columns

@@ -36,8 +36,8 @@ impl Cell {
         })
     }
 
-    /// The cell at strips `i`, `j` of level `level`.
-    fn new(&self, level: u8, [i, j]: [u32; 2], inverted: bool) -> Self {
+    /// The cell of the same side at strips `i`, `j` of level `level`.
+    fn on_same_side(&self, level: u8, [i, j]: [u32; 2], inverted: bool) -> Self {
         Self { level, ij: [i as u16, j as u16], inverted, ..*self }
     }
 
@@ -47,7 +47,7 @@ impl Cell {
     pub fn children(&self) -> [Self; 4] {
         let [i, j] = self.ij.map(u32::from);
         let at = |di: u32, dj: u32, inverted| {
-            self.new(self.level + 1, [2 * i + di, 2 * j + dj], inverted)
+            self.on_same_side(self.level + 1, [2 * i + di, 2 * j + dj], inverted)
         };
         if self.inverted {
             [at(0, 1, true), at(1, 0, true), at(1, 1, true), at(1, 1, false)]
@@ -61,7 +61,7 @@ impl Cell {
     pub fn ancestor(&self, level: u8) -> Self {
         let shift = u32::from(self.level - level);
         let [i, j, k] = self.strip().map(|i| i >> shift);
-        self.new(level, [i, j], i + j + k + 1 < 1 << level)
+        self.on_same_side(level, [i, j], i + j + k + 1 < 1 << level)
     }
 
     /// The cell of level `level`, at least this one's, with the same centroid.
@@ -70,7 +70,7 @@ impl Cell {
         (self.level..level).fold(*self, |cell, _| cell.children()[3])
     }
 
-    /// Place of the cell in the order of [`Cell::grid`].
+    /// Place of the cell in the order of `Cell::grid`.
     #[must_use]
     pub fn index(&self) -> u32 {
         let [i, j] = self.ij.map(u32::from);

@@ -17,11 +17,11 @@ const NEAR: f64 = 2.5;
 
 /// What a cut patch's points belong to.
 #[derive(Debug, Clone)]
-struct CutPatch {
-    centre: DVec2,
+pub(crate) struct CutPatch {
+    pub(crate) centre: DVec2,
     lines: Vec<Line>,
     /// Neighbours that parts belong to, with their centres.
-    others: Vec<(PatchId, DVec2)>,
+    pub(crate) others: Vec<(PatchId, DVec2)>,
     /// For each cell: 0 the patch itself, k for `others[k - 1]`, or [`MIXED`].
     table: [u8; 1 << (2 * TABLE_LEVEL)],
 }
@@ -66,6 +66,19 @@ impl Cuts {
         self.sides[side]
     }
 
+    /// Whether a line passes through a patch.
+    #[inline(always)]
+    pub fn is_cut(&self, id: PatchId) -> bool {
+        self.index.get(id.index()).is_some_and(|&k| k != NONE)
+    }
+
+    /// How a patch is cut.
+    #[cfg(feature = "gpu")]
+    pub fn of(&self, id: PatchId) -> Option<&CutPatch> {
+        let k = self.index.get(id.index()).filter(|&&k| k != NONE)?;
+        Some(&self.cut[*k as usize])
+    }
+
     /// The patch that a point in the cell of patch `id` belongs to; `local` are its barycentric
     /// coordinates within the cell, `uv` those on the source triangle.
     #[inline]
@@ -74,6 +87,24 @@ impl Cuts {
             None | Some(&NONE) => id,
             Some(&k) => self.cut[k as usize].owner(id, local(), uv),
         }
+    }
+}
+
+#[cfg(feature = "gpu")]
+impl CutPatch {
+    /// Both ends of each line that parts the patch, in the coordinates `uv` of its source triangle.
+    pub(crate) fn lines(&self) -> impl ExactSizeIterator<Item = [DVec2; 2]> + '_ {
+        self.lines.iter().map(|l| [l.from, l.to])
+    }
+
+    /// For each cell of the table the owner of all of it, patch `id` being the one that is cut; `None`
+    /// where the point itself decides.
+    pub(crate) fn table(&self, id: PatchId) -> impl Iterator<Item = Option<PatchId>> + '_ {
+        self.table.iter().map(move |&code| match code {
+            0 => Some(id),
+            MIXED => None,
+            k => Some(self.others[usize::from(k) - 1].0),
+        })
     }
 }
 

@@ -16,7 +16,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 use thiserror::Error;
 
-use crate::form_factors::{AssembleError, Engine, FormFactors, Row, RowSink, Weights, assemble};
+use crate::form_factors::{AssembleError, Engine, FormFactors, Row, RowAccount, RowSink, assemble};
 use crate::patches::{Cell, PatchId, Patches, SplitCells};
 use crate::progress::Progress;
 use crate::scene::Geometry;
@@ -219,7 +219,7 @@ fn merge(
         let merged: Vec<Row> = block
             .par_iter()
             .map_init(
-                || vec![0_u64; patches.len()],
+                || vec![0.0; patches.len()],
                 |sums, &id| {
                     let middle = cells.middle(&patches.cell(id));
                     merge_row(rows, middle, patch_of, sums)
@@ -231,25 +231,8 @@ fn merge(
     Ok(factors)
 }
 
-fn merge_row(rows: &FormFactors, id: PatchId, patch_of: &[u32], sums: &mut [u64]) -> Row {
-    let account = rows.account(id);
-    let mut row = Row {
-        environment: account.environment,
-        back: account.back,
-        lost: account.lost,
-        ..Row::default()
-    };
-    let Some(stored) = rows.row(id) else { return row };
-    let one = f64::from(crate::form_factors::delta::ONE);
-    for (j, f) in stored.entries() {
-        let patch = patch_of[j.index()];
-        if sums[patch as usize] == 0 {
-            row.columns.push(patch);
-        }
-        sums[patch as usize] += (f * one).round() as u64;
-    }
-    row.columns.sort_unstable();
-    let weights = row.columns.iter().map(|&p| std::mem::take(&mut sums[p as usize]) as u32);
-    row.weights = Weights::Fixed(weights.collect());
-    row
+fn merge_row(rows: &FormFactors, id: PatchId, patch_of: &[u32], sums: &mut [f64]) -> Row {
+    let RowAccount { environment, back, lost } = rows.account(id);
+    let (columns, weights) = rows.row(id).map(|row| row.merged(patch_of, sums)).unwrap_or_default();
+    Row { columns, weights, environment, back, lost }
 }

@@ -2,12 +2,12 @@
 
 use std::collections::HashMap;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::{Occluders, Surroundings, share};
 use crate::patches::{PatchId, Patches, SurfacePoint};
-use crate::scene::{Geometry, Side};
+use crate::scene::{Geometry, Side, TriangleId};
 
 /// A patch that sends more than this share of its light to backs that do not reflect is covered.
 pub const COVERED: f64 = 0.5;
@@ -23,19 +23,40 @@ const TRIED: [DVec3; 6] = [
     DVec3::new(0.47, 0.47, 0.06),
 ];
 
+/// Whether most of what a point of a surface sees are backs that do not reflect.
+fn is_covered(geometry: &Geometry, occluders: &Occluders, p: SurfacePoint) -> bool {
+    let normal = geometry.normal(p.triangle, p.side);
+    let seen = Surroundings::of(occluders, p.position(geometry), normal, Some(p.triangle));
+    share(seen.above(), |g| {
+        g.hit.is_some_and(|(t, side, _)| side == Side::Back && !geometry.exchanges(t, side))
+    }) > COVERED
+}
+
+/// Triangles that are covered at their centroid, of at most `most` spread over the model.
+#[must_use]
+pub fn covered_triangles(geometry: &Geometry, most: usize) -> Vec<TriangleId> {
+    let occluders = Occluders::new(geometry);
+    let step = occluders.len().div_ceil(most).max(1);
+    let third = DVec2::splat(1.0 / 3.0);
+    occluders
+        .ids()
+        .par_iter()
+        .step_by(step)
+        .copied()
+        .filter(|&triangle| {
+            let p = SurfacePoint { triangle, side: Side::Front, uv: third };
+            is_covered(geometry, &occluders, p)
+        })
+        .collect()
+}
+
 /// Moves the origins of patches that are covered at their centroid, but not everywhere, to a point
 /// that is not. Only patches at a contact can be covered in part.
 #[must_use]
 pub fn uncover(geometry: &Geometry, patches: Patches) -> Patches {
     let occluders = Occluders::new(geometry);
     let near: Vec<PatchId> = patches.ids().filter(|&i| patches.has_contact(i)).collect();
-    let covered = |p: SurfacePoint| {
-        let normal = geometry.normal(p.triangle, p.side);
-        let seen = Surroundings::of(&occluders, p.position(geometry), normal, Some(p.triangle));
-        share(seen.above(), |g| {
-            g.hit.is_some_and(|(t, side, _)| side == Side::Back && !geometry.exchanges(t, side))
-        }) > COVERED
-    };
+    let covered = |p: SurfacePoint| is_covered(geometry, &occluders, p);
     let origins: HashMap<PatchId, SurfacePoint> = near
         .into_par_iter()
         .filter(|&i| covered(patches.center(i)))

@@ -9,7 +9,7 @@ use super::simd::LANES;
 /// A rectangle of pixels on a plane at distance 1 before the pinhole.
 ///
 /// A pixel looks along `x right + y up + forward`, where `right`, `up`, `forward` are axes of the
-/// frame as [`turn`] has them for one of the hemicube's faces.
+/// frame as `turn` has them for one of the hemicube's faces.
 #[derive(Debug, Clone)]
 pub struct Face {
     /// x of each pixel's centre, padded to a multiple of [`LANES`].
@@ -188,6 +188,12 @@ fn back<const F: usize>([x, y, z]: [f32; 3]) -> Vec3 {
     }
 }
 
+/// Share of their distance by which backs that do not reflect are taken to be farther. At the
+/// silhouette of a closed body a front and a back meet in an edge, equally near there, and one of
+/// them is seen so nearly edge on that its distance is uncertain by 1e-4 and more: rounding shall
+/// not show the back, which no one can see.
+const SILHOUETTE: f32 = 1e-3;
+
 /// Edge functions of a triangle in the frame of a pinhole at the origin.
 ///
 /// Along a direction d that meets the triangle, `edge[k]·d` is proportional to the barycentric
@@ -218,6 +224,12 @@ impl Edges {
             nearness: normal / distance,
             back: distance > 0.0,
         })
+    }
+
+    /// The same, taken to be farther by [`SILHOUETTE`].
+    #[inline(always)]
+    pub(crate) fn receded(self) -> Self {
+        Self { nearness: self.nearness * (1.0 - SILHOUETTE), ..self }
     }
 
     /// The edge functions on face `F`.

@@ -1,0 +1,238 @@
+//! `hemicube render`, `info` and `scenes` as users run them.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
+
+mod common;
+
+use std::fs;
+
+use common::{Bench, CLOSED_ROOM, OPEN_MODEL, ROOM_MATERIALS, glb, png_size};
+
+#[test]
+fn writes_a_picture_and_prints_its_path_alone() {
+    let bench = Bench::new();
+    let outcome = bench.render("cornell-box", &[]).ok();
+    assert_eq!(outcome.stdout, "cornell-box.png\n");
+    assert_eq!(png_size(&bench.path("cornell-box.png")), (64, 48));
+    assert_eq!(bench.files(), ["cornell-box.png"]);
+    assert!(outcome.stderr.contains("patches of at most"), "it says what it chose: {outcome:?}");
+}
+
+#[test]
+fn shows_no_progress_in_a_pipe() {
+    let outcome = Bench::new().render("cornell-box", &[]).ok();
+    assert!(!outcome.stderr.contains(['\r', '\x1b']), "{outcome:?}");
+    assert!(!outcome.stderr.contains('%'), "{outcome:?}");
+}
+
+#[test]
+fn a_quiet_run_says_nothing_and_reports_everything() {
+    let bench = Bench::new();
+    let outcome = bench.render("cornell-box", &["-q", "--report", "run.json"]).ok();
+    assert_eq!(outcome.stderr, "");
+    assert_eq!(bench.files(), ["cornell-box.png", "run.json"]);
+    let text = fs::read_to_string(bench.path("run.json")).unwrap();
+    let report: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let number = |path: &str| {
+        let value = report.pointer(path).and_then(serde_json::Value::as_f64);
+        value.filter(|v| v.is_finite()).unwrap_or_else(|| panic!("no number {path} in {text}"))
+    };
+    assert_eq!(number("/source_triangles"), 38.0);
+    assert!(number("/patches") > 38.0);
+    assert_eq!(number("/patch_size"), 1.0);
+    assert!(number("/solve/iterations") >= 1.0);
+    assert!(number("/solve/residual") <= 1e-6);
+    let shares = ["entries_share", "environment", "back", "lost"];
+    let account: f64 = shares.iter().map(|s| number(&format!("/rows/{s}"))).sum();
+    assert!((account - 1.0).abs() < 1e-9, "rows account for everything: {account}");
+    for term in ["emitted", "absorbed", "escaped"] {
+        assert!(number(&format!("/energy/{term}/0")) > 0.0, "{term}");
+    }
+    let stages = report["stages"].as_array().unwrap();
+    assert!(stages.len() >= 4);
+    assert!(stages.iter().all(|s| s["name"].is_string() && s["seconds"].as_f64().unwrap() >= 0.0));
+    if cfg!(target_os = "linux") {
+        assert!(number("/peak_memory_bytes") > 1e6);
+    }
+}
+
+#[test]
+fn the_bytes_do_not_depend_on_the_number_of_threads() {
+    let bench = Bench::new();
+    let bytes = |threads: &str, file: &str, more: &[&str]| {
+        let args = [&["-j", threads, "-o", file, "-q"], more].concat();
+        bench.render("room", &args).ok();
+        fs::read(bench.path(file)).unwrap()
+    };
+    for more in [&[][..], &["--draw", "patches"], &["--solver", "jacobi"]] {
+        assert!(bytes("1", "one.png", more) == bytes("2", "two.png", more), "{more:?}");
+    }
+}
+
+#[test]
+fn every_solver_paints_nearly_the_same() {
+    let bench = Bench::new();
+    for solver in ["gauss-seidel", "jacobi", "shooting"] {
+        let file = format!("{solver}.png");
+        bench.render("cornell-box", &["--solver", solver, "-o", &file]).ok();
+        assert_eq!(png_size(&bench.path(&file)), (64, 48));
+    }
+}
+
+#[test]
+fn a_closed_room_without_light_is_refused_with_what_could_emit() {
+    let bench = Bench::new().with("room.obj", CLOSED_ROOM).with("room.mtl", ROOM_MATERIALS);
+    bench.render("room.obj", &[]).refused(&["room", "--emission", "plaster", "ceiling"]);
+    assert_eq!(bench.files(), ["room.mtl", "room.obj"]);
+}
+
+#[test]
+fn a_material_can_be_made_to_emit() {
+    let bench = Bench::new().with("room.obj", CLOSED_ROOM).with("room.mtl", ROOM_MATERIALS);
+    let args = ["--emission", "ceiling=5,5,4", "--sides", "one", "-o", "lit.png"];
+    let outcome = bench.render("room.obj", &args).ok();
+    assert_eq!(outcome.stdout, "lit.png\n");
+    assert_eq!(png_size(&bench.path("lit.png")), (64, 48));
+    let wrong = ["--emission", "lamp=5,5,4"];
+    bench.render("room.obj", &wrong).refused(&["lamp", "ceiling", "plaster"]);
+}
+
+#[test]
+fn a_share_of_the_emission_darkens_the_picture() {
+    let bench = Bench::new();
+    let picture = |share: &str, file: &str| {
+        let args = ["--emission", share, "--exposure", "0", "-o", file];
+        bench.render("cornell-box", &args).ok();
+        fs::read(bench.path(file)).unwrap()
+    };
+    assert!(picture("light=100%", "full.png") != picture("light=50%", "half.png"));
+}
+
+#[test]
+fn an_open_model_without_light_gets_a_sky_and_a_camera_to_be_copied() {
+    let bench = Bench::new().with("step.obj", OPEN_MODEL);
+    let outcome = bench.render("step.obj", &[]).ok();
+    assert!(outcome.stderr.contains("sky"), "{outcome:?}");
+    assert_eq!(png_size(&bench.path("step.png")), (64, 48));
+    let line = outcome.stderr.lines().find(|l| l.contains("--eye")).unwrap();
+    let words: Vec<&str> = line.split_whitespace().collect();
+    let value = |flag: &str| {
+        let at = words.iter().position(|w| *w == flag).unwrap_or_else(|| panic!("{flag}: {line}"));
+        words[at + 1]
+    };
+    let (eye, target) = (value("--eye"), value("--target"));
+    let copied = ["--eye", eye, "--target", target, "--sky", "1,1,1", "-o", "again.png"];
+    let again = bench.render("step.obj", &copied).ok();
+    assert!(!again.stderr.contains("--eye"), "a given camera is not announced: {again:?}");
+}
+
+#[test]
+fn reads_a_binary_gltf_file() {
+    let bench = Bench::new().with("triangle.glb", glb());
+    bench.render("triangle.glb", &[]).ok();
+    assert_eq!(bench.files(), ["triangle.glb", "triangle.png"]);
+}
+
+#[test]
+fn negative_coordinates_are_values_and_not_options() {
+    let bench = Bench::new();
+    let args = ["--eye", "-1,2,-3", "--target", "-1,2,0", "--exposure", "-2"];
+    bench.render("cornell-box", &args).ok();
+}
+
+#[test]
+fn a_file_wins_over_the_built_in_scene_of_its_name() {
+    let bench = Bench::new().with("room", OPEN_MODEL);
+    bench.render("room", &[]).refused(&["room", ".obj"]);
+}
+
+#[test]
+fn an_older_picture_is_replaced() {
+    let bench = Bench::new().with("out.png", "not a picture");
+    bench.render("cornell-box", &["-o", "out.png"]).ok();
+    assert_eq!(png_size(&bench.path("out.png")), (64, 48));
+    assert_eq!(bench.files(), ["out.png"]);
+}
+
+#[test]
+fn scenes_are_listed_and_can_be_looked_at() {
+    let bench = Bench::new();
+    let listed = bench.run(&["scenes"]).ok().stdout;
+    assert!(listed.lines().count() >= 3);
+    for name in ["cornell-box", "furnace", "room"] {
+        assert!(listed.lines().any(|l| l.split_whitespace().next() == Some(name)), "{listed}");
+        assert!(bench.run(&["info", name]).ok().stdout.contains("triangles"));
+    }
+}
+
+#[test]
+fn info_names_what_is_doubtful() {
+    const DOUBTFUL: &str = "\
+v 0 0 0\nv 4000 0 0\nv 4000 0 3000\nv 0 0 3000\nv 0 2500 0\nv 4000 2500 0\nv 2000 0 0
+o floor\nf 1 4 3 2
+o doubled\nf 1 4 3
+o line\nf 1 2 7
+o wall\nf 1 2 6 5
+";
+    let bench = Bench::new().with("doubtful.obj", DOUBTFUL);
+    let outcome = bench.run(&["info", "doubtful.obj"]).ok();
+    let text = outcome.stdout.to_lowercase();
+    for part in ["1 degenerate", "1 duplicate", "doubled", "line", "open", "--unit mm"] {
+        assert!(text.contains(part), "'{part}' is not in {text}");
+    }
+    let metres = bench.run(&["info", "doubtful.obj", "--unit", "mm"]).ok().stdout;
+    assert!(metres.contains("4.0000 x 2.5000 x 3.0000"), "{metres}");
+    assert!(!metres.contains("--unit"), "{metres}");
+}
+
+#[test]
+fn info_names_fronts_that_face_the_wrong_way() {
+    // A closed box whose fronts face outwards, as seen by whoever wants to light its inside.
+    let text: String = CLOSED_ROOM
+        .lines()
+        .map(|line| match line.strip_prefix("f ") {
+            Some(face) => {
+                let turned: Vec<&str> = face.split(' ').rev().collect();
+                format!("f {}\n", turned.join(" "))
+            }
+            None => format!("{line}\n"),
+        })
+        .collect();
+    let bench = Bench::new().with("turned.obj", text).with("room.mtl", ROOM_MATERIALS);
+    let outcome = bench.run(&["info", "turned.obj", "--sides", "one"]).ok();
+    assert!(outcome.stdout.contains("normals"), "{outcome:?}");
+}
+
+#[test]
+fn help_is_short_or_has_examples() {
+    let bench = Bench::new();
+    let short = bench.run(&["render", "-h"]).ok().stdout;
+    let long = bench.run(&["render", "--help"]).ok().stdout;
+    assert!(long.contains("Examples:") && long.contains("--report"));
+    assert!(!short.contains("--report") && short.contains("--patch-size"));
+}
+
+/// Ctrl-C in the middle of the work.
+#[cfg(unix)]
+#[test]
+fn an_interrupt_ends_the_work_and_leaves_nothing() {
+    use std::process::{Command, Stdio};
+    use std::time::{Duration, Instant};
+
+    let bench = Bench::new();
+    // Minutes of work; the memory is not touched before the interrupt comes.
+    let long =
+        ["--patch-size", "0.002", "--draw", "patches", "--memory", "1000G", "--size", "64x48"];
+    let args = [&["render", "room"][..], &long].concat();
+    let mut child = bench.command(&args).stderr(Stdio::piped()).spawn().unwrap();
+    std::thread::sleep(Duration::from_millis(1500));
+    assert!(child.try_wait().unwrap().is_none(), "it ended before the interrupt");
+    let start = Instant::now();
+    let kill = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(kill.success());
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(130), "{output:?}");
+    assert!(start.elapsed() < Duration::from_secs(60), "{:?}", start.elapsed());
+    assert!(String::from_utf8_lossy(&output.stderr).contains("cancelled"));
+    assert!(bench.files().is_empty(), "{:?}", bench.files());
+}
