@@ -2,6 +2,7 @@
 //! computation in radiosity illumination of a scene", beside their own figures.
 
 mod conditions;
+mod device;
 mod fit;
 mod measure;
 mod picture;

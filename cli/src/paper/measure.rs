@@ -13,6 +13,7 @@ use hemicube::progress::Progress;
 use hemicube::scene::{Geometry, Scene, builtin};
 
 use super::conditions::Conditions;
+use super::device::Device;
 use super::published::SCENES;
 use crate::failure::Failure;
 use crate::terminal::Bar;
@@ -30,6 +31,8 @@ pub enum Way {
     Classical,
     /// Hemicubes on the CPU.
     Hemicube(Draw),
+    /// Hemicubes on the graphics device.
+    Gpu(Draw),
 }
 
 /// How long all rows take.
@@ -114,36 +117,78 @@ pub fn best(
     Ok(seconds)
 }
 
-/// How long it takes to make all rows and drop them, by an engine new each time.
-pub fn all_rows(
-    way: Way,
-    geometry: &Geometry,
-    patches: &Patches,
-    conditions: &Conditions,
-    progress: &Part<'_>,
-) -> Result<Timing, Failure> {
-    if let Some(estimate) = sampled(way, geometry, patches, conditions, progress)? {
-        return Ok(estimate);
-    }
-    let ids: Vec<PatchId> = patches.ids().collect();
-    let mut tests = None;
-    let seconds = best(conditions, || {
-        let start = Instant::now();
-        match way {
-            Way::Classical => {
-                let mut engine = Classical::new(geometry, patches);
-                assemble(&mut engine, &ids, &mut Dropped, progress).map_err(assembly_failure)?;
-                tests = Some(engine.tests() as f64);
+/// A mesh whose form factors are timed, and what they are made with.
+pub struct Subject<'a> {
+    /// The scene's.
+    pub geometry: &'a Geometry,
+    /// The mesh.
+    pub patches: &'a Patches,
+    /// How carefully.
+    pub conditions: &'a Conditions,
+    /// For [`Way::Gpu`].
+    pub device: &'a Device,
+}
+
+impl<'a> Subject<'a> {
+    /// How long it takes to make all rows and drop them, by an engine new each time.
+    pub fn all_rows(&self, way: Way, progress: &Part<'_>) -> Result<Timing, Failure> {
+        if let Some(estimate) = self.sampled(way, progress)? {
+            return Ok(estimate);
+        }
+        let ids: Vec<PatchId> = self.patches.ids().collect();
+        let mut tests = None;
+        let seconds = best(self.conditions, || {
+            let start = Instant::now();
+            let mut maker = self.maker(way)?;
+            if let Some(engine) = maker.engine() {
+                assemble(engine, &ids, &mut Dropped, progress).map_err(assembly_failure)?;
             }
+            tests = maker.tests();
+            Ok(start.elapsed().as_secs_f64())
+        })?;
+        let tests_per_second = tests.map(|t| t / seconds);
+        Ok(Timing { seconds, rows: ids.len(), estimated: false, tests_per_second })
+    }
+
+    fn maker(&self, way: Way) -> Result<Maker<'a>, Failure> {
+        let Self { geometry, patches, conditions, device } = *self;
+        Ok(match way {
+            Way::Classical => Maker::Classical(Some(Classical::new(geometry, patches))),
             Way::Hemicube(draw) => {
-                let mut engine = hemicube(geometry, patches, conditions, draw)?;
-                assemble(&mut engine, &ids, &mut Dropped, progress).map_err(assembly_failure)?;
+                Maker::Other(Box::new(hemicube(geometry, patches, conditions, draw)?))
+            }
+            Way::Gpu(draw) => Maker::Other(device.hemicube(geometry, patches, conditions, draw)?),
+        })
+    }
+
+    /// An estimate from a sample of rows, spread evenly; `None` if all rows should not take longer
+    /// than the conditions allow.
+    fn sampled(&self, way: Way, progress: &Part<'_>) -> Result<Option<Timing>, Failure> {
+        let (n, budget) = (self.patches.len(), self.conditions.budget);
+        let order = spread(n);
+        let start = Instant::now();
+        let mut maker = self.maker(way)?;
+        let batch = way.batch();
+        let (mut rows, mut next) = (0, batch);
+        while rows < n {
+            let ids = &order[rows..n.min(rows + next)];
+            maker.fill(ids, progress)?;
+            rows += ids.len();
+            let elapsed = start.elapsed().as_secs_f64();
+            let seconds = elapsed * way.scale(rows, n);
+            if seconds <= budget {
+                return Ok(None);
+            }
+            // Whole batches, and the last ones large, so that no thread waits long for others.
+            let affordable = (budget / elapsed - 1.0) * rows as f64;
+            next = (affordable as usize / batch * batch).min(3 * rows);
+            if next == 0 {
+                let tests_per_second = maker.tests().map(|t| t / elapsed);
+                return Ok(Some(Timing { seconds, rows, estimated: true, tests_per_second }));
             }
         }
-        Ok(start.elapsed().as_secs_f64())
-    })?;
-    let tests_per_second = tests.map(|t| t / seconds);
-    Ok(Timing { seconds, rows: ids.len(), estimated: false, tests_per_second })
+        Ok(None)
+    }
 }
 
 /// The engine under these conditions.
@@ -156,44 +201,6 @@ pub fn hemicube<'a>(
     Hemicube::new(geometry, patches, conditions.hemicube(draw)).map_err(Failure::failed)
 }
 
-/// An estimate from a sample of rows, spread evenly; `None` if all rows should not take longer than
-/// the conditions allow.
-fn sampled(
-    way: Way,
-    geometry: &Geometry,
-    patches: &Patches,
-    conditions: &Conditions,
-    progress: &Part<'_>,
-) -> Result<Option<Timing>, Failure> {
-    let n = patches.len();
-    let order = spread(n);
-    let start = Instant::now();
-    let mut engine = match way {
-        Way::Classical => Sampler::Classical(Some(Classical::new(geometry, patches))),
-        Way::Hemicube(draw) => Sampler::Hemicube(hemicube(geometry, patches, conditions, draw)?),
-    };
-    let threads = rayon::current_num_threads();
-    let (mut rows, mut next) = (0, threads);
-    while rows < n {
-        let ids = &order[rows..n.min(rows + next)];
-        engine.fill(ids, progress)?;
-        rows += ids.len();
-        let elapsed = start.elapsed().as_secs_f64();
-        let seconds = elapsed * way.scale(rows, n);
-        if seconds <= conditions.budget {
-            return Ok(None);
-        }
-        // Whole batches of all threads, and the last ones large, so that none waits long.
-        let affordable = (conditions.budget / elapsed - 1.0) * rows as f64;
-        next = (affordable as usize / threads * threads).min(3 * rows);
-        if next == 0 {
-            let tests_per_second = engine.tests().map(|t| t / elapsed);
-            return Ok(Some(Timing { seconds, rows, estimated: true, tests_per_second }));
-        }
-    }
-    Ok(None)
-}
-
 impl Way {
     /// Time of all `n` rows over that of `m`. The classical engine computes the visibility of a pair
     /// with the first of its two rows: `m` rows take `m n - m²/2` of the `n²/2` pairs.
@@ -201,25 +208,40 @@ impl Way {
         let (m, n) = (m as f64, n as f64);
         match self {
             Self::Classical => n * n / (m * (2.0 * n - m)),
-            Self::Hemicube(_) => n / m,
+            Self::Hemicube(_) | Self::Gpu(_) => n / m,
+        }
+    }
+
+    /// Rows that are made at once at least.
+    fn batch(self) -> usize {
+        match self {
+            Self::Classical | Self::Hemicube(_) => rayon::current_num_threads(),
+            Self::Gpu(_) => 64,
         }
     }
 }
 
-/// An engine that makes a few rows.
-enum Sampler<'a> {
+/// An engine, with what one wants to know of it.
+enum Maker<'a> {
     /// Away while it works.
     Classical(Option<Classical>),
-    Hemicube(Hemicube<'a>),
+    Other(Box<dyn Engine + 'a>),
 }
 
-impl Sampler<'_> {
+impl<'a> Maker<'a> {
+    fn engine(&mut self) -> Option<&mut (dyn Engine + 'a)> {
+        match self {
+            Self::Classical(engine) => engine.as_mut().map(|e| e as &mut dyn Engine),
+            Self::Other(engine) => Some(&mut **engine),
+        }
+    }
+
     /// Makes rows. The classical engine may take long for a few: it works on a thread of its own,
     /// which is left alone when the user cancels.
     fn fill(&mut self, ids: &[PatchId], progress: &Part<'_>) -> Result<(), Failure> {
         let mut rows = vec![Row::default(); ids.len()];
         match self {
-            Self::Hemicube(engine) => engine.fill(ids, &mut rows).map_err(Failure::failed)?,
+            Self::Other(engine) => engine.fill(ids, &mut rows).map_err(Failure::failed)?,
             Self::Classical(place) => {
                 let Some(mut engine) = place.take() else { return Ok(()) };
                 let (ids, (done, wait)) = (ids.to_vec(), channel());
@@ -248,7 +270,7 @@ impl Sampler<'_> {
     fn tests(&self) -> Option<f64> {
         match self {
             Self::Classical(engine) => engine.as_ref().map(|e| e.tests() as f64),
-            Self::Hemicube(_) => None,
+            Self::Other(_) => None,
         }
     }
 }

@@ -24,7 +24,13 @@ pub struct Series {
 }
 
 /// Colours that colour-blind people can tell apart (Okabe & Ito 2008).
-const COLOURS: [RGBColor; 3] = [RGBColor(213, 94, 0), RGBColor(0, 114, 178), RGBColor(0, 158, 115)];
+const COLOURS: [RGBColor; 5] = [
+    RGBColor(213, 94, 0),
+    RGBColor(0, 114, 178),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(230, 159, 0),
+];
 
 impl Series {
     /// A series in one of the [`COLOURS`].
