@@ -13,7 +13,7 @@ use hemicube::form_factors::HemicubeOptions;
 use hemicube::patches::SurfacePoint;
 use hemicube::progress::Silent;
 use hemicube::scene::{Geometry, ImportOptions, Side, load, luminance};
-use hemicube::solution::{LightOptions, light};
+use hemicube::solution::{EngineOptions, LightOptions, light};
 use hemicube::solve::SolveOptions;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -27,7 +27,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     let options = LightOptions {
         patch_size,
         adaptive: None,
-        hemicube: HemicubeOptions { resolution, ..HemicubeOptions::default() },
+        engine: EngineOptions::Hemicube(HemicubeOptions {
+            resolution,
+            ..HemicubeOptions::default()
+        }),
         solve: SolveOptions::default(),
         memory: 8 << 30,
     };

@@ -34,6 +34,8 @@ pub struct Report {
 pub struct EngineReport {
     /// Its name.
     pub name: &'static str,
+    /// The graphics device, if one made them; says so when it is one in software.
+    pub device: Option<String>,
     /// Pixels along a hemicube's top.
     pub resolution: Option<usize>,
     /// What was projected.

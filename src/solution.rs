@@ -10,6 +10,8 @@ use crate::form_factors::{
     AssembleError, Classical, Draw, Engine, EngineError, FormFactors, Hemicube, HemicubeError,
     HemicubeOptions, Row, assemble_lit,
 };
+#[cfg(feature = "gpu")]
+use crate::form_factors::{GpuError, HemicubeGpu};
 use crate::patches::{PatchId, Patches, PatchesError};
 use crate::progress::Progress;
 use crate::reconstruct::Field;
@@ -40,6 +42,9 @@ pub struct LightOptions {
 pub enum EngineOptions {
     /// Hemicubes on the CPU.
     Hemicube(HemicubeOptions),
+    /// Hemicubes on the graphics device.
+    #[cfg(feature = "gpu")]
+    HemicubeGpu(HemicubeOptions),
     /// One visibility ray a pair against every patch: the paper's baseline.
     Classical,
 }
@@ -50,24 +55,38 @@ impl EngineOptions {
         &self,
         geometry: &'a Geometry,
         patches: &'a Patches,
+        memory: u64,
     ) -> Result<Box<dyn Engine + 'a>, LightError> {
+        #[cfg(not(feature = "gpu"))]
+        let _ = memory;
         Ok(match *self {
             Self::Hemicube(options) => Box::new(Hemicube::new(geometry, patches, options)?),
+            #[cfg(feature = "gpu")]
+            Self::HemicubeGpu(options) => {
+                /// Rows under way on the device take at most this, and a quarter of what is allowed.
+                const UNDER_WAY: u64 = 1 << 30;
+                let memory = UNDER_WAY.min(memory / 4);
+                Box::new(HemicubeGpu::new(geometry, patches, options, memory)?)
+            }
             Self::Classical => Box::new(Classical::new(geometry, patches)),
         })
     }
 
-    fn report(&self) -> EngineReport {
-        match self {
-            Self::Hemicube(o) => EngineReport {
-                name: "hemicube",
-                resolution: Some(o.resolution),
-                draw: Some(match o.draw {
-                    Draw::Sources => "sources",
-                    Draw::Patches => "patches",
-                }),
-            },
-            Self::Classical => EngineReport { name: "classical", resolution: None, draw: None },
+    fn report(&self, engine: &dyn Engine) -> EngineReport {
+        let hemicube = match self {
+            Self::Hemicube(options) => Some(options),
+            #[cfg(feature = "gpu")]
+            Self::HemicubeGpu(options) => Some(options),
+            Self::Classical => None,
+        };
+        EngineReport {
+            name: engine.name(),
+            device: engine.device(),
+            resolution: hemicube.map(|o| o.resolution),
+            draw: hemicube.map(|o| match o.draw {
+                Draw::Sources => "sources",
+                Draw::Patches => "patches",
+            }),
         }
     }
 }
@@ -96,6 +115,10 @@ pub enum LightError {
     /// The hemicubes' options are wrong.
     #[error(transparent)]
     Hemicube(#[from] HemicubeError),
+    /// The graphics device cannot be used.
+    #[cfg(feature = "gpu")]
+    #[error(transparent)]
+    Gpu(#[from] GpuError),
     /// The engine failed.
     #[error(transparent)]
     Engine(#[from] EngineError),
@@ -173,7 +196,8 @@ pub fn light(
     let finest = uncover(geometry, Patches::uniform(geometry, finest)?);
     clock.lap("subdivide");
 
-    let mut engine = options.engine.engine(geometry, &finest)?;
+    let mut engine = options.engine.engine(geometry, &finest, options.memory)?;
+    let engine_report = options.engine.report(&*engine);
     check_memory(&mut *engine, &finest, patch_size, options.memory)?;
     let lamps = direct::from_lamps(scene, &finest);
     let (patches, factors, lamps) = match options.adaptive {
@@ -214,7 +238,7 @@ pub fn light(
         source_triangles: geometry.len(),
         patches: patches.len(),
         patch_size,
-        engine: Some(options.engine.report()),
+        engine: Some(engine_report),
         rows: Some(rows_report(&factors, &areas)),
         solve: Some(solved),
         energy: Some(EnergyBalance::of(&system, &emission, scene.sky, Some(&lamps), &irradiance)),

@@ -14,7 +14,7 @@ use hemicube::form_factors::HemicubeOptions;
 use hemicube::progress::Silent;
 use hemicube::render::{PictureOptions, Renderer};
 use hemicube::scene::{Camera, ImportOptions, Scene, builtin, load};
-use hemicube::solution::{LightOptions, light};
+use hemicube::solution::{EngineOptions, LightOptions, light};
 use hemicube::solve::SolveOptions;
 use hemicube::tone::{KEY, Tone};
 
@@ -40,7 +40,10 @@ fn paint(scene: &Scene, view: View, to: &Path) {
     let options = LightOptions {
         patch_size: Some(view.patch_size),
         adaptive: None,
-        hemicube: HemicubeOptions { resolution: 64, ..HemicubeOptions::default() },
+        engine: EngineOptions::Hemicube(HemicubeOptions {
+            resolution: 64,
+            ..HemicubeOptions::default()
+        }),
         solve: SolveOptions::default(),
         memory: 1 << 30,
     };

@@ -183,6 +183,10 @@ pub struct Light {
     #[arg(long, value_enum, default_value_t = EngineArg::Hemicube, hide_short_help = true)]
     pub engine: EngineArg,
 
+    /// Where hemicubes are made [default: cpu]
+    #[arg(long, value_enum)]
+    pub device: Option<DeviceArg>,
+
     /// Pixels along a hemicube's top, even, 16 to 1024 [default: 128]
     #[arg(long, value_name = "N")]
     pub resolution: Option<usize>,
@@ -276,6 +280,15 @@ pub enum EngineArg {
     Hemicube,
     /// One visibility ray a pair against every patch: the paper's baseline, slow
     Classical,
+}
+
+/// `--device`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum DeviceArg {
+    /// The processor
+    Cpu,
+    /// A graphics card
+    Gpu,
 }
 
 /// `--draw`.

@@ -14,7 +14,9 @@ use hemicube::solution::{Adaptive, EngineOptions, LightError, LightOptions, Solu
 use hemicube::solve::{Method, SolveOptions};
 use hemicube::tone::{KEY, Tone};
 
-use crate::args::{DrawChoice, EngineArg, Exposure, Light, Render, SolverChoice, ToneChoice};
+use crate::args::{
+    DeviceArg, DrawChoice, EngineArg, Exposure, Light, Render, SolverChoice, ToneChoice,
+};
 use crate::failure::Failure;
 use crate::input;
 use crate::machine;
@@ -139,33 +141,49 @@ pub fn lit(scene: &Scene, args: &Light, bar: &Bar) -> Result<Solution, Failure> 
 
 /// The engine asked for; a flag that it does not use is an error.
 fn engine_of(args: &Light) -> Result<EngineOptions, Failure> {
-    match args.engine {
-        EngineArg::Hemicube => Ok(EngineOptions::Hemicube(HemicubeOptions {
-            resolution: args.resolution.unwrap_or(HemicubeOptions::default().resolution),
-            draw: match args.draw {
-                Some(DrawChoice::Patches) => Draw::Patches,
-                Some(DrawChoice::Sources) | None => Draw::Sources,
-            },
-        })),
-        EngineArg::Classical => {
-            for (flag, given) in
-                [("--resolution", args.resolution.is_some()), ("--draw", args.draw.is_some())]
-            {
-                if given {
-                    return Err(Failure::Input(format!(
-                        "{flag} is for hemicubes; --engine classical does not use it"
-                    )));
-                }
-            }
-            Ok(EngineOptions::Classical)
-        }
+    if args.engine == EngineArg::Classical {
+        let given = [
+            ("--device", args.device.is_some()),
+            ("--resolution", args.resolution.is_some()),
+            ("--draw", args.draw.is_some()),
+        ];
+        return match given.iter().find(|g| g.1) {
+            None => Ok(EngineOptions::Classical),
+            Some((flag, _)) => Err(Failure::Input(format!(
+                "{flag} is for hemicubes; --engine classical does not use it"
+            ))),
+        };
     }
+    let hemicube = HemicubeOptions {
+        resolution: args.resolution.unwrap_or(HemicubeOptions::default().resolution),
+        draw: match args.draw {
+            Some(DrawChoice::Patches) => Draw::Patches,
+            Some(DrawChoice::Sources) | None => Draw::Sources,
+        },
+    };
+    match args.device {
+        Some(DeviceArg::Gpu) => gpu_hemicube(hemicube),
+        Some(DeviceArg::Cpu) | None => Ok(EngineOptions::Hemicube(hemicube)),
+    }
+}
+
+#[cfg(feature = "gpu")]
+fn gpu_hemicube(options: HemicubeOptions) -> Result<EngineOptions, Failure> {
+    Ok(EngineOptions::HemicubeGpu(options))
+}
+
+#[cfg(not(feature = "gpu"))]
+fn gpu_hemicube(_: HemicubeOptions) -> Result<EngineOptions, Failure> {
+    Err(Failure::input("this program was built without --features gpu; use --device cpu"))
 }
 
 /// Says how long each stage took and where the light went.
 fn say_details(report: &Report) {
     for stage in &report.stages {
         say(&format!("{:14} {:8.3} s", stage.name, stage.seconds));
+    }
+    if let Some(device) = report.engine.as_ref().and_then(|e| e.device.as_ref()) {
+        say(&format!("device: {device}"));
     }
     if let Some(r) = report.rows {
         say(&format!(

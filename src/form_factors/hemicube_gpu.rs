@@ -599,6 +599,10 @@ impl Engine for HemicubeGpu<'_> {
         "hemicube"
     }
 
+    fn device(&self) -> Option<String> {
+        Some(self.adapter().to_string())
+    }
+
     fn bytes(&self, _rows: usize) -> u64 {
         // What the host can see; the device's own memory may be the same.
         SLOTS as u64 * self.plan.entries_bytes()

@@ -129,6 +129,11 @@ pub trait Engine {
     /// Its name, as users know it.
     fn name(&self) -> &'static str;
 
+    /// The device it runs on, in its own words; `None` for the processor.
+    fn device(&self) -> Option<String> {
+        None
+    }
+
     /// Memory it takes to make `rows` rows at once, in bytes, without the rows themselves.
     fn bytes(&self, rows: usize) -> u64;
 

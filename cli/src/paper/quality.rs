@@ -5,7 +5,7 @@ use hemicube::patches::{PatchId, Patches};
 use hemicube::progress::Progress;
 use hemicube::refine::factor::RefineError;
 use hemicube::scene::{Geometry, Rgb, Scene};
-use hemicube::solution::{Adaptive, LightError, LightOptions, Solution, light};
+use hemicube::solution::{Adaptive, EngineOptions, LightError, LightOptions, Solution, light};
 use hemicube::solve::SolveOptions;
 
 use super::Folder;
@@ -76,7 +76,7 @@ fn lit(
     let options = LightOptions {
         patch_size: if adaptive.is_some() { None } else { Some(min_area) },
         adaptive,
-        hemicube: conditions.hemicube(Draw::Sources),
+        engine: EngineOptions::Hemicube(conditions.hemicube(Draw::Sources)),
         solve: SolveOptions::default(),
         memory: conditions.memory,
     };

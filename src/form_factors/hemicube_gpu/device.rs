@@ -1,5 +1,6 @@
 //! The graphics device: which adapter it is, what it can hold, and what went wrong on it.
 
+use std::fmt;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
@@ -21,6 +22,13 @@ pub struct AdapterReport {
     pub driver: String,
     /// Whether it is a program on the processor rather than a graphics card.
     pub is_software: bool,
+}
+
+impl fmt::Display for AdapterReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} ({})", self.name, self.backend)?;
+        if self.is_software { f.write_str(", in software") } else { Ok(()) }
+    }
 }
 
 /// Why hemicubes cannot be made on the graphics device.
