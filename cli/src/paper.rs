@@ -5,6 +5,7 @@ mod conditions;
 mod device;
 mod fit;
 mod measure;
+mod part;
 mod picture;
 mod plot;
 mod published;

@@ -1,7 +1,5 @@
 //! How long form factors take.
 
-use std::ops::ControlFlow;
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
@@ -14,9 +12,9 @@ use hemicube::scene::{Geometry, Scene, builtin};
 
 use super::conditions::Conditions;
 use super::device::Device;
+use super::part::{Part, continue_or_cancel};
 use super::published::SCENES;
 use crate::failure::Failure;
-use crate::terminal::Bar;
 
 /// The paper's scene of this number, from 1.
 pub fn scene(number: usize) -> Result<Scene, Failure> {
@@ -46,40 +44,6 @@ pub struct Timing {
     pub estimated: bool,
     /// Ray-triangle tests a second, of those who count them.
     pub tests_per_second: Option<f64>,
-}
-
-/// A share of a bar.
-pub struct Part<'a> {
-    bar: &'a Bar,
-    weight: u64,
-    total: u64,
-    done: AtomicU64,
-}
-
-impl<'a> Part<'a> {
-    /// `weight` units of the bar for `total` units of work.
-    pub fn new(bar: &'a Bar, weight: u64, total: usize) -> Self {
-        Self { bar, weight, total: (total as u64).max(1), done: AtomicU64::new(0) }
-    }
-
-    /// The work is done, however much it was.
-    pub fn finish(&self) -> Result<(), Failure> {
-        continue_or_cancel(self.advance(self.total))
-    }
-}
-
-impl Progress for Part<'_> {
-    fn stage(&self, _name: &str, _total: u64) {}
-
-    fn advance(&self, n: u64) -> ControlFlow<()> {
-        let before = self.done.fetch_add(n, Ordering::Relaxed);
-        let reached = |done: u64| self.weight * done.min(self.total) / self.total;
-        self.bar.advance(reached(before + n) - reached(before))
-    }
-}
-
-fn continue_or_cancel(flow: ControlFlow<()>) -> Result<(), Failure> {
-    if flow.is_break() { Err(Failure::Cancelled) } else { Ok(()) }
 }
 
 /// What a failed assembly means to the user.
@@ -278,9 +242,13 @@ impl<'a> Maker<'a> {
 /// All patches in an order whose every beginning is spread evenly: steps of about the golden ratio.
 fn spread(n: usize) -> Vec<PatchId> {
     let golden = (n as f64 * 0.618_033_988_749_895) as usize;
-    let coprime = |s: &usize| (1..=*s).rev().find(|d| s % d == 0 && n % d == 0) == Some(1);
+    let coprime = |&step: &usize| gcd(step, n) == 1;
     let step = (golden.max(1)..=n.max(1)).find(coprime).unwrap_or(1);
     (0..n).map(|k| PatchId(((k * step + n / 3) % n) as u32)).collect()
+}
+
+fn gcd(a: usize, b: usize) -> usize {
+    if b == 0 { a } else { gcd(b, a % b) }
 }
 
 #[cfg(test)]
