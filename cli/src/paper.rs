@@ -2,8 +2,10 @@
 //! computation in radiosity illumination of a scene", beside their own figures.
 
 mod conditions;
+mod device;
 mod fit;
 mod measure;
+mod part;
 mod picture;
 mod plot;
 mod published;

@@ -3,7 +3,7 @@
 use plotters::coord::ranged1d::{AsRangedCoord, ValueFormatter};
 use plotters::prelude::*;
 
-use super::table::short;
+use super::table::tick;
 use crate::failure::Failure;
 
 /// Whose figures a series shows.
@@ -24,7 +24,13 @@ pub struct Series {
 }
 
 /// Colours that colour-blind people can tell apart (Okabe & Ito 2008).
-const COLOURS: [RGBColor; 3] = [RGBColor(213, 94, 0), RGBColor(0, 114, 178), RGBColor(0, 158, 115)];
+const COLOURS: [RGBColor; 5] = [
+    RGBColor(213, 94, 0),
+    RGBColor(0, 114, 178),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(230, 159, 0),
+];
 
 impl Series {
     /// A series in one of the [`COLOURS`].
@@ -57,38 +63,43 @@ impl<'a> Panel<'a> {
     pub fn log_y(self) -> Self {
         Self { log_y: true, ..self }
     }
+}
 
-    /// Smallest and largest value of an axis.
-    fn extent(&self, value: impl Fn(&(f64, f64)) -> f64) -> (f64, f64) {
-        let points = self.series.iter().flat_map(|s| &s.points).map(value);
-        let points = points.filter(|x| x.is_finite());
-        let (low, high) =
-            points.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
-        if low <= high { (low, high) } else { (1.0, 2.0) }
-    }
+/// Smallest and largest finite value on an axis of some panels.
+fn extent(panels: &[Panel<'_>], value: impl Fn(&(f64, f64)) -> f64) -> (f64, f64) {
+    let points = panels.iter().flat_map(|p| &p.series).flat_map(|s| &s.points).map(value);
+    let (low, high) = points
+        .filter(|x| x.is_finite())
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
+    if low <= high { (low, high) } else { (1.0, 2.0) }
 }
 
 /// Pixels of a panel.
 const PANEL: (u32, u32) = (440, 440);
 
-/// The panels side by side, as SVG.
+/// The panels side by side over the same x axis, as SVG.
 pub fn figure(panels: &[Panel<'_>]) -> Result<String, Failure> {
     let mut svg = String::new();
     {
         let size = (PANEL.0 * panels.len() as u32, PANEL.1);
         let root = SVGBackend::with_string(&mut svg, size).into_drawing_area();
         root.fill(&WHITE).map_err(Failure::failed)?;
+        let (left, right) = extent(panels, |p| p.0);
         for (area, panel) in root.split_evenly((1, panels.len())).iter().zip(panels) {
-            let margin = |(low, high): (f64, f64)| (low / 1.3)..(high * 1.3);
-            let x = margin(panel.extent(|p| p.0)).log_scale();
-            let (low, high) = panel.extent(|p| p.1);
+            let x = ((left / 1.3)..(right * 1.3)).log_scale();
+            let (low, high) = extent(std::slice::from_ref(panel), |p| p.1);
+            // Room for the names above the lines.
             if panel.log_y {
-                // Room for the names above the lines.
-                draw(area, panel, x, (low / 1.5)..(high * (high / low).powf(0.5) * 1.5))?;
+                draw(
+                    area,
+                    panel,
+                    x,
+                    ((low / 1.5)..(1.5 * high * (high / low).sqrt())).log_scale(),
+                )?;
             } else {
                 let (low, high) = (low.min(0.0), high.max(0.0));
                 let room = (high - low).max(1.0) * 0.08;
-                draw_linear(area, panel, x, (low - room)..(high + 5.0 * room))?;
+                draw(area, panel, x, (low - room)..(high + 5.0 * room))?;
             }
         }
         root.present().map_err(Failure::failed)?;
@@ -98,16 +109,8 @@ pub fn figure(panels: &[Panel<'_>]) -> Result<String, Failure> {
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
 
+/// Draws one diagram.
 fn draw(
-    area: &Area<'_>,
-    panel: &Panel<'_>,
-    x: impl AsRangedCoord<Value = f64, CoordDescType: ValueFormatter<f64>>,
-    y: std::ops::Range<f64>,
-) -> Result<(), Failure> {
-    draw_linear(area, panel, x, y.log_scale())
-}
-
-fn draw_linear(
     area: &Area<'_>,
     panel: &Panel<'_>,
     x: impl AsRangedCoord<Value = f64, CoordDescType: ValueFormatter<f64>>,
@@ -127,8 +130,8 @@ fn draw_linear(
         .x_desc(panel.x)
         .y_desc(panel.y)
         .x_labels(6)
-        .x_label_formatter(&|x| short(*x))
-        .y_label_formatter(&|y| short(*y))
+        .x_label_formatter(&|x| tick(*x))
+        .y_label_formatter(&|y| tick(*y))
         .label_style(("sans-serif", 12))
         .axis_desc_style(("sans-serif", 14))
         .draw()

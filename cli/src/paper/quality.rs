@@ -10,7 +10,8 @@ use hemicube::solve::SolveOptions;
 
 use super::Folder;
 use super::conditions::Conditions;
-use super::measure::{Part, scene};
+use super::measure::scene;
+use super::part::Part;
 use super::picture::Views;
 use super::published::{SCENES, TOLERANCE};
 use super::table::{Table, count, short};

@@ -32,10 +32,16 @@ impl Table {
     }
 }
 
-/// A number with about three significant digits, for people: `12,345`, `12.3`, `.0123`.
+/// A number with about three significant digits, for people: `12,345`, `12.3`, `0.0123`.
 pub fn short(x: f64) -> String {
     let digits = if x == 0.0 { 0 } else { (2 - x.abs().log10().floor() as i32).clamp(0, 4) };
     grouped(&format!("{x:.0$}", digits as usize))
+}
+
+/// A number at an axis: `10,000`, `0.1`.
+pub fn tick(x: f64) -> String {
+    let text = format!("{x:.4}");
+    grouped(text.trim_end_matches('0').trim_end_matches('.'))
 }
 
 /// A whole number, for people.
@@ -73,6 +79,7 @@ mod tests {
             [0.01234, 1.5, 12.34, 123.4, 1_234_567.8].map(short),
             ["0.0123", "1.50", "12.3", "123", "1,234,568"]
         );
+        assert_eq!([10_000.0, 0.01, -20.0].map(tick), ["10,000", "0.01", "-20"]);
         assert_eq!(count(41_488), "41,488");
         assert_eq!([-3.44, 1196.74].map(percent), ["-3.4 %", "+1,197 %"]);
     }

@@ -7,7 +7,8 @@ use hemicube::progress::Progress;
 
 use super::Folder;
 use super::conditions::Conditions;
-use super::measure::{Part, scene};
+use super::measure::scene;
+use super::part::Part;
 use super::plot::{Panel, Series, Style, figure};
 use super::published::{TABLE3, rows};
 use super::table::{Table, count, short};

@@ -1,0 +1,44 @@
+//! Progress of a part of the work.
+
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use hemicube::progress::Progress;
+
+use crate::failure::Failure;
+use crate::terminal::Bar;
+
+/// A share of a bar.
+pub struct Part<'a> {
+    bar: &'a Bar,
+    weight: u64,
+    total: u64,
+    done: AtomicU64,
+}
+
+impl<'a> Part<'a> {
+    /// `weight` units of the bar for `total` units of work.
+    pub fn new(bar: &'a Bar, weight: u64, total: usize) -> Self {
+        Self { bar, weight, total: (total as u64).max(1), done: AtomicU64::new(0) }
+    }
+
+    /// The work is done, however much it was.
+    pub fn finish(&self) -> Result<(), Failure> {
+        continue_or_cancel(self.advance(self.total))
+    }
+}
+
+impl Progress for Part<'_> {
+    fn stage(&self, _name: &str, _total: u64) {}
+
+    fn advance(&self, n: u64) -> ControlFlow<()> {
+        let before = self.done.fetch_add(n, Ordering::Relaxed);
+        let reached = |done: u64| self.weight * done.min(self.total) / self.total;
+        self.bar.advance(reached(before + n) - reached(before))
+    }
+}
+
+/// Fails if the user cancelled.
+pub fn continue_or_cancel(flow: ControlFlow<()>) -> Result<(), Failure> {
+    if flow.is_break() { Err(Failure::Cancelled) } else { Ok(()) }
+}
