@@ -128,6 +128,11 @@ pub enum LightError {
     /// The system could not be solved.
     #[error(transparent)]
     Solve(#[from] SolveError),
+    /// The engine does not know how much of the sky a patch sees.
+    #[error(
+        "--engine classical knows no sky: use --engine hemicube, or --sky 0,0,0 and an emitter"
+    )]
+    NoSky,
     /// It would not fit in memory.
     #[error(
         "{patches} patches take about {}, {} are allowed; use {}a lower --resolution, or more --memory", amount(*needed), amount(*allowed), proposal.map_or(String::new(), |p| format!("--patch-size {p:.3} (m²) or more, "))
@@ -193,6 +198,9 @@ pub fn light(
     progress: &dyn Progress,
 ) -> Result<Solution, LightError> {
     let geometry = &scene.geometry;
+    if options.engine == EngineOptions::Classical && scene.sky != Rgb::ZERO {
+        return Err(LightError::NoSky);
+    }
     let mut clock = Clock::start();
     let patch_size = match (options.patch_size, options.adaptive) {
         (Some(size), _) => size,

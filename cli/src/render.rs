@@ -129,6 +129,7 @@ pub fn lit(scene: &Scene, args: &Light, bar: &Bar) -> Result<Solution, Failure> 
     let solution = light(scene, &options, bar).map_err(|e| match e {
         e if e.is_cancelled() => Failure::Cancelled,
         LightError::Patches(_)
+        | LightError::NoSky
         | LightError::Refine(RefineError::Tolerance(_))
         | LightError::Hemicube(_)
         | LightError::Memory { .. } => Failure::input(e),
