@@ -78,6 +78,28 @@ impl Face {
         &self.y
     }
 
+    /// The pixels from `x0` to `x1` of a row, and some more, on which no edge function `a x + c` is
+    /// negative; given are all c and 1 / a.
+    #[inline(always)]
+    fn within(&self, c: [f32; 3], slopes: [f32; 3], x0: usize, x1: usize) -> (usize, usize) {
+        let (mut low, mut high) = (f32::NEG_INFINITY, f32::INFINITY);
+        for k in 0..3 {
+            let zero = -c[k] * slopes[k];
+            // An edge along the row has no zero on it: its inverse is infinite, or next to.
+            if slopes[k] > 0.0 && slopes[k] < f32::MAX {
+                low = low.max(zero);
+            } else if slopes[k] < 0.0 && slopes[k] > f32::MIN {
+                high = high.min(zero);
+            }
+        }
+        /// Pixels beside a zero that its rounding may hide.
+        const SLACK: f32 = 1.5;
+        let pixel = |x: f32| (x - self.x[0]) * self.density[0];
+        let from = (pixel(low) - SLACK).max(x0 as f32);
+        let to = (pixel(high) + SLACK + 1.0).min(x1 as f32);
+        if from < to { (from as usize, to as usize) } else { (x0, x0) }
+    }
+
     /// Pixels (x from, x to, y from, y to; ends exclusive) outside of which a triangle of the frame
     /// is not seen; `None` if it is seen nowhere.
     #[inline(always)]
@@ -137,6 +159,9 @@ impl Face {
         Some(pixels)
     }
 }
+
+/// Rows of more blocks than this are worth asking where the triangle begins and ends on them.
+const WIDE: usize = 2;
 
 /// Runs a body with each of the five faces as its constant.
 macro_rules! each_face {
@@ -348,14 +373,18 @@ impl ItemBuffer {
         let [e0, e1, e2] = edges.turned::<F>();
         let nearness = turn::<F>(edges.nearness);
         let stride = face.stride();
-        let blocks = x0 / LANES..x1.div_ceil(LANES);
-        let xs = &face.x.as_chunks::<LANES>().0[blocks.clone()];
+        let wide = x1.div_ceil(LANES) - x0 / LANES > WIDE;
+        let slopes = [e0[0], e1[0], e2[0]].map(f32::recip);
         for (row, &y) in (y0..y1).zip(&face.y[y0..y1]) {
+            let (c0, c1, c2) = (e0[1] * y + e0[2], e1[1] * y + e1[2], e2[1] * y + e2[2]);
+            let z = nearness[1] * y + nearness[2];
+            let (from, to) =
+                if wide { face.within([c0, c1, c2], slopes, x0, x1) } else { (x0, x1) };
+            let blocks = from / LANES..to.div_ceil(LANES);
+            let xs = &face.x.as_chunks::<LANES>().0[blocks.clone()];
             let at = row * stride + blocks.start * LANES..row * stride + blocks.end * LANES;
             let items = self.items[at.clone()].as_chunks_mut::<LANES>().0;
             let near = self.nearness[at].as_chunks_mut::<LANES>().0;
-            let (c0, c1, c2) = (e0[1] * y + e0[2], e1[1] * y + e1[2], e2[1] * y + e2[2]);
-            let z = nearness[1] * y + nearness[2];
             for ((xs, items), near) in xs.iter().zip(items).zip(near) {
                 for l in 0..LANES {
                     let x = xs[l];
