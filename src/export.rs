@@ -30,12 +30,23 @@ pub enum ExportError {
     },
 }
 
+/// Whether a file can be made beside `path`; worth asking before long work.
+pub fn can_write(path: &Path) -> Result<(), ExportError> {
+    temporary(path).map(|_| ())
+}
+
+/// An unnamed place beside `path`. Errors speak of `path` alone.
+fn temporary(path: &Path) -> Result<tempfile::NamedTempFile, ExportError> {
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    tempfile::NamedTempFile::new_in(folder)
+        .map_err(|e| ExportError::Io { path: path.to_path_buf(), source: e.kind().into() })
+}
+
 /// Writes `bytes` to `path`: first beside it, then in its place, so that nobody ever sees half a
 /// file.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), ExportError> {
     let fail = |source| ExportError::Io { path: path.to_path_buf(), source };
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let mut file = tempfile::NamedTempFile::new_in(folder).map_err(fail)?;
+    let mut file = temporary(path)?;
     file.write_all(bytes).map_err(fail)?;
     #[cfg(unix)]
     {

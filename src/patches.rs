@@ -79,7 +79,7 @@ pub enum PatchesError {
     BadArea,
     /// More patches than ids, or a single triangle split too finely.
     #[error(
-        "the patch size is too small for this scene: {count} patches (at most {MAX_PATCHES}); use a larger --patch-size"
+        "the patch size is too small for this scene: {count} patches (at most {MAX_PATCHES}); use a larger --patch-size or --min-patch"
     )]
     TooMany {
         /// How many patches it would take (at least).

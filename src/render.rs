@@ -153,9 +153,7 @@ impl<'a> Renderer<'a> {
         progress: &dyn Progress,
     ) -> Result<Picture, RenderError> {
         let (w, h, n) = (options.width, options.height, options.samples.max(1));
-        if w == 0 || h == 0 || w > 1 << 14 || h > 1 << 14 {
-            return Err(RenderError::Size(w, h));
-        }
+        check(camera, w, h)?;
         let frame = frame_of(camera)?;
         let mut view = View::default();
         self.occluders.look(&frame, &mut view);
@@ -302,6 +300,15 @@ fn draw_kernel(occluders: &Occluders, view: &View, face: &Face, buffer: &mut Ite
             buffer.draw::<0>(face, bounds, &edges, 2 * i as u32 + u32::from(edges.back));
         }
     }
+}
+
+/// Whether a picture of that size through that camera can be made; worth asking before the light is
+/// computed.
+pub fn check(camera: &Camera, width: usize, height: usize) -> Result<(), RenderError> {
+    if width == 0 || height == 0 || width > 1 << 14 || height > 1 << 14 {
+        return Err(RenderError::Size(width, height));
+    }
+    frame_of(camera).map(|_| ())
 }
 
 /// Right, down, forward.

@@ -128,20 +128,33 @@ pub enum LightError {
     /// The system could not be solved.
     #[error(transparent)]
     Solve(#[from] SolveError),
+    /// The engine does not know how much of the sky a patch sees.
+    #[error(
+        "--engine classical knows no sky: use --engine hemicube, or --sky 0,0,0 and an emitter"
+    )]
+    NoSky,
     /// It would not fit in memory.
     #[error(
-        "{patches} patches take about {needed_mib} MiB, {allowed_mib} MiB are allowed; use --patch-size {proposal:.3} (m²) or more, a lower --resolution, or more --memory"
+        "{patches} patches take about {}, {} are allowed; use {}a lower --resolution, or more --memory", amount(*needed), amount(*allowed), proposal.map_or(String::new(), |p| format!("--patch-size {p:.3} (m²) or more, "))
     )]
     Memory {
         /// Number of patches.
         patches: usize,
-        /// Predicted need in MiB.
-        needed_mib: u64,
-        /// What is allowed in MiB.
-        allowed_mib: u64,
-        /// A patch size that should fit, m².
-        proposal: f64,
+        /// Predicted need in bytes.
+        needed: u64,
+        /// What is allowed in bytes.
+        allowed: u64,
+        /// A patch size that should fit, m², where a larger one helps.
+        proposal: Option<f64>,
     },
+}
+
+/// Bytes as people say them.
+fn amount(bytes: u64) -> String {
+    match bytes {
+        0..1_048_576 => format!("{} KiB", bytes.div_ceil(1 << 10)),
+        _ => format!("{} MiB", bytes.div_ceil(1 << 20)),
+    }
 }
 
 impl LightError {
@@ -185,6 +198,9 @@ pub fn light(
     progress: &dyn Progress,
 ) -> Result<Solution, LightError> {
     let geometry = &scene.geometry;
+    if options.engine == EngineOptions::Classical && scene.sky != Rgb::ZERO {
+        return Err(LightError::NoSky);
+    }
     let mut clock = Clock::start();
     let patch_size = match (options.patch_size, options.adaptive) {
         (Some(size), _) => size,
@@ -294,12 +310,15 @@ fn check_memory(
         return Ok(());
     }
     // Entries grow at most as the square of the number of patches, and with it linearly in between.
-    let proposal = patch_size * (needed / allowed as f64).max(1.1);
+    let larger = patch_size * (needed / allowed as f64).max(1.1);
+    let source = |i| patches.area(i) * f64::from(1_u32 << (2 * u32::from(patches.cell(i).level)));
+    let largest = patches.ids().map(source).fold(0.0, f64::max);
     Err(LightError::Memory {
         patches: n,
-        needed_mib: (needed / f64::from(1 << 20)).ceil() as u64,
-        allowed_mib: allowed >> 20,
-        proposal,
+        needed: needed as u64,
+        allowed,
+        // Beyond whole source triangles a larger size changes nothing.
+        proposal: Some(larger).filter(|l| *l < largest),
     })
 }
 

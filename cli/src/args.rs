@@ -104,7 +104,7 @@ pub struct Input {
     pub sides: SidesArg,
 
     /// Brighter reflectances are clamped to this
-    #[arg(long, value_name = "RHO", default_value_t = 0.9, hide_short_help = true)]
+    #[arg(long, value_name = "RHO", default_value_t = 0.9, value_parser = reflectance, hide_short_help = true)]
     pub max_reflectance: f64,
 
     /// Let a material emit this radiance, or a share of its own (NAME=50%); may be repeated
@@ -168,15 +168,15 @@ pub enum SidesArg {
 #[derive(Debug, Args)]
 pub struct Light {
     /// Largest area of a patch in m² [default: the area that yields about 5,000 patches]
-    #[arg(long, value_name = "AREA")]
+    #[arg(long, value_name = "AREA", allow_negative_numbers = true)]
     pub patch_size: Option<f64>,
 
     /// Split adaptively: patches that any other sees under a larger form factor (0..1) are split
-    #[arg(long, value_name = "EPS", requires = "min_patch")]
+    #[arg(long, value_name = "EPS", requires = "min_patch", allow_negative_numbers = true)]
     pub max_factor: Option<f64>,
 
     /// Adaptive splitting stops at patches of this area in m²
-    #[arg(long, value_name = "AREA", requires = "max_factor")]
+    #[arg(long, value_name = "AREA", requires = "max_factor", allow_negative_numbers = true)]
     pub min_patch: Option<f64>,
 
     /// Who makes the form factors
@@ -244,7 +244,7 @@ pub struct Render {
     pub target: Option<DVec3>,
 
     /// Vertical angle of view in degrees
-    #[arg(long, value_name = "DEG")]
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
     pub vfov: Option<f64>,
 
     /// Pixels of the picture [default: 720 high]
@@ -348,10 +348,20 @@ fn emission(text: &str) -> Result<(String, Emission), String> {
         None => Emission::Radiance(vector(value).map_err(|_| wrong())?),
     };
     let valid = match emission {
-        Emission::Share(s) => s.is_finite() && s >= 0.0,
-        Emission::Radiance(r) => r.min_element() >= 0.0,
+        Emission::Share(s) => (0.0..MOST_RADIANCE).contains(&s),
+        Emission::Radiance(r) => r.min_element() >= 0.0 && r.max_element() < MOST_RADIANCE,
     };
     if valid && !name.is_empty() { Ok((name.to_owned(), emission)) } else { Err(wrong()) }
+}
+
+/// Radiances beyond this overflow when they are squared for a residual.
+pub const MOST_RADIANCE: f64 = 1e30;
+
+fn reflectance(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(rho) if (0.0..1.0).contains(&rho) => Ok(rho),
+        _ => Err(format!("'{text}' is not a reflectance from 0 to below 1")),
+    }
 }
 
 fn size(text: &str) -> Result<(usize, usize), String> {
@@ -365,8 +375,8 @@ fn exposure(text: &str) -> Result<Exposure, String> {
         return Ok(Exposure::Auto);
     }
     match text.parse() {
-        Ok(stops) if f64::is_finite(stops) => Ok(Exposure::Stops(stops)),
-        _ => Err(format!("'{text}' is neither auto nor a number of stops")),
+        Ok(stops) if (-100.0..=100.0).contains(&stops) => Ok(Exposure::Stops(stops)),
+        _ => Err(format!("'{text}' is neither auto nor a number of stops from -100 to 100")),
     }
 }
 

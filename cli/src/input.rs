@@ -8,7 +8,7 @@ use hemicube::render::viewpoint;
 use hemicube::scene::{Camera, ImportOptions, Scene, Severity, SidesChoice, builtin, load};
 use hemicube::visibility::{Occluders, Surroundings, share};
 
-use crate::args::{Emission, Input, Render, SidesArg};
+use crate::args::{Emission, Input, MOST_RADIANCE, Render, SidesArg};
 use crate::failure::Failure;
 use crate::terminal::say;
 
@@ -30,13 +30,14 @@ pub fn read(args: &Input) -> Result<Scene, Failure> {
     } else {
         builtin::build(&args.scene).ok_or_else(|| no_such_scene(&args.scene))?
     };
+    scene.optics.limit_reflectance(args.max_reflectance);
     if let Some(up) = args.up {
         scene.up =
             up.try_normalize().ok_or_else(|| Failure::input("--up 0,0,0 has no direction"))?;
     }
     if let Some(sky) = args.sky {
-        if sky.min_element() < 0.0 {
-            return Err(Failure::input("--sky: a radiance cannot be negative"));
+        if sky.min_element() < 0.0 || sky.max_element() > MOST_RADIANCE {
+            return Err(Failure::input("--sky: a radiance lies between 0 and 1e30"));
         }
         scene.sky = sky;
     }

@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use hemicube::export::{write_png, write_whole};
+use hemicube::export::{can_write, write_png, write_whole};
 use hemicube::form_factors::{Draw, HemicubeOptions};
 use hemicube::progress::Progress;
 use hemicube::refine::factor::RefineError;
-use hemicube::render::{PictureOptions, RenderError, Renderer};
+use hemicube::render::{PictureOptions, RenderError, Renderer, check};
 use hemicube::report::{Report, Stage};
 use hemicube::scene::Scene;
 use hemicube::solution::{Adaptive, EngineOptions, LightError, LightOptions, Solution, light};
@@ -29,6 +29,14 @@ pub fn run(args: &Render) -> Result<(), Failure> {
     let mut scene = input::read(&args.input)?;
     let output = output_of(&scene, args)?;
     let camera = input::camera(&scene, args)?;
+    let (width, height) = args.size.unwrap_or_else(|| {
+        let aspect = camera.aspect.unwrap_or(4.0 / 3.0);
+        ((720.0 * aspect).round() as usize, 720)
+    });
+    check(&camera, width, height).map_err(picture_failure)?;
+    if let Some(report) = &args.light.report {
+        ensure_folder(report)?;
+    }
     input::say_findings(&scene, args.light.quiet);
     input::ensure_light(&mut scene, &camera, args.light.quiet)?;
     let bar = Bar::new(args.light.quiet);
@@ -39,10 +47,6 @@ pub fn run(args: &Render) -> Result<(), Failure> {
     let seconds = start.elapsed().as_secs_f64();
     let start = Instant::now();
     let renderer = Renderer::new(&scene, &field);
-    let (width, height) = args.size.unwrap_or_else(|| {
-        let aspect = camera.aspect.unwrap_or(4.0 / 3.0);
-        ((720.0 * aspect).round() as usize, 720)
-    });
     let options = PictureOptions { width, height, ..PictureOptions::default() };
     let aspect = width as f64 / height as f64;
     let exposure = match args.exposure {
@@ -84,11 +88,20 @@ fn output_of(scene: &Scene, args: &Render) -> Result<PathBuf, Failure> {
     if !extension.eq_ignore_ascii_case("png") {
         return Err(Failure::Input(format!("{}: pictures are written as .png", path.display())));
     }
+    ensure_folder(&path)?;
+    Ok(path)
+}
+
+/// Refuses a file in a folder that is not there or cannot be written to, before any work is done.
+fn ensure_folder(path: &Path) -> Result<(), Failure> {
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     if !folder.is_dir() {
         return Err(Failure::Input(format!("{}: no such folder", folder.display())));
     }
-    Ok(path)
+    if path.is_dir() {
+        return Err(Failure::Input(format!("{}: is a folder, not a file", path.display())));
+    }
+    can_write(path).map_err(Failure::input)
 }
 
 /// Lights the scene as the command line says.
@@ -116,6 +129,7 @@ pub fn lit(scene: &Scene, args: &Light, bar: &Bar) -> Result<Solution, Failure> 
     let solution = light(scene, &options, bar).map_err(|e| match e {
         e if e.is_cancelled() => Failure::Cancelled,
         LightError::Patches(_)
+        | LightError::NoSky
         | LightError::Refine(RefineError::Tolerance(_))
         | LightError::Hemicube(_)
         | LightError::Memory { .. } => Failure::input(e),

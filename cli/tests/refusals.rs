@@ -101,7 +101,7 @@ fn options_out_of_range() {
         (&["--patch-size=-1"], &["patch size"]),
         (&["--patch-size", "nan"], &["patch size"]),
         (&["--patch-size", "1e-12"], &["--patch-size"]),
-        (&["--memory", "1K"], &["--patch-size", "--memory"]),
+        (&["--memory", "1K"], &["--resolution", "--memory"]),
         (&["--memory", "lots"], &["--memory", "4G"]),
         (&["--eye", "1,2"], &["--eye"]),
         (&["--eye", "1,2,3"], &["--target"]),

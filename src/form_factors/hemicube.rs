@@ -87,6 +87,8 @@ pub struct Hemicube<'a> {
     faces: [Face; 5],
     /// Delta form factors of top and side with the stride of the faces; padding weighs nothing.
     weights: [Vec<u32>; 2],
+    /// For each pixel of top and side the weight of all before it in its row, and one more a row.
+    before: [Vec<u32>; 2],
     scratch: Mutex<Vec<Scratch>>,
 }
 
@@ -133,6 +135,17 @@ impl<'a> Hemicube<'a> {
                 .collect()
         };
         let weights = [pad(&delta.top), pad(&delta.side)];
+        let before = weights.each_ref().map(|w| {
+            w.chunks(faces[0].stride())
+                .flat_map(|row| {
+                    let sums = row.iter().scan(0_u32, |sum, w| {
+                        *sum += w;
+                        Some(*sum)
+                    });
+                    std::iter::once(0).chain(sums)
+                })
+                .collect()
+        });
         let occluders = Occluders::new(geometry);
         let scratch = Mutex::new(Vec::new());
         let (finest, patch_of) = match patches.finest() {
@@ -140,7 +153,18 @@ impl<'a> Hemicube<'a> {
             None => (patches, None),
         };
         let draw = options.draw;
-        Ok(Self { geometry, patches, finest, patch_of, draw, occluders, faces, weights, scratch })
+        Ok(Self {
+            geometry,
+            patches,
+            finest,
+            patch_of,
+            draw,
+            occluders,
+            faces,
+            weights,
+            before,
+            scratch,
+        })
     }
 
     /// Makes one row.
@@ -370,6 +394,9 @@ fn count_sources(engine: &Hemicube<'_>, s: &mut Scratch) {
             while from < items.len() {
                 let item = items[from];
                 let mut to = from + 1;
+                while to + LANES <= items.len() && all_equal(&items[to..to + LANES], item) {
+                    to += LANES;
+                }
                 while to < items.len() && items[to] == item {
                     to += 1;
                 }
@@ -379,6 +406,12 @@ fn count_sources(engine: &Hemicube<'_>, s: &mut Scratch) {
         }
         s.buffers[F] = buffer;
     });
+}
+
+/// Whether all items of a block are `item`; without a branch a block, so that it vectorises.
+#[inline(always)]
+fn all_equal(items: &[u32], item: u32) -> bool {
+    items.iter().fold(0, |differ, &i| differ | (i ^ item)) == 0
 }
 
 /// Counts a run of pixels that see the same source triangle.
@@ -391,7 +424,9 @@ fn count_run<const F: usize>(
     run: std::ops::Range<usize>,
     weights: &[u32],
 ) {
-    let whole = || weights[run.clone()].iter().sum::<u32>();
+    let row = y * (engine.faces[F].stride() + 1);
+    let before = &engine.before[usize::from(F != 0)];
+    let whole = || before[row + run.end] - before[row + run.start];
     if item == NOTHING {
         s.environment += u64::from(whole());
         return;

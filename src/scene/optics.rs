@@ -108,6 +108,14 @@ impl Optics {
         }
     }
 
+    /// Clamps reflectances to `limit`, in the picture too.
+    pub fn limit_reflectance(&mut self, limit: f64) {
+        self.max_reflectance = limit;
+        for rho in &mut self.reflectance {
+            *rho = rho.min(Rgb::splat(limit));
+        }
+    }
+
     /// Lets the material of that index emit `radiance` (W/(m² sr) or cd/m²), alike everywhere.
     pub fn set_radiance(&mut self, material: usize, radiance: Rgb) {
         let m = &mut self.materials[material];

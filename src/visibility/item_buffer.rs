@@ -88,8 +88,9 @@ impl Face {
         for v in &c {
             if v[2] > 0.0 {
                 before += 1;
+                let inverse = 1.0 / v[2];
                 for a in 0..2 {
-                    let p = v[a] / v[2];
+                    let p = v[a] * inverse;
                     lo[a] = lo[a].min(p);
                     hi[a] = hi[a].max(p);
                 }

@@ -151,23 +151,36 @@ pub(crate) fn code(x: f32, y: f32, z: f32) -> u16 {
         | bit(z > -y, 12)
 }
 
-/// A convex body can touch a face only if, for each plane of the face's pyramid, some vertex lies
-/// on the inner side: bits of several vertices are joined by "or".
-#[inline(always)]
-pub(crate) fn faces_of(joined: u16) -> u8 {
-    const UP: u16 = 1;
-    const NEEDS: [u16; 5] = [
+/// Which faces each joined code may touch.
+static FACES: [u8; 1 << 13] = {
+    const UP: usize = 1;
+    const NEEDS: [usize; 5] = [
         UP | 1 << 9 | 1 << 10 | 1 << 11 | 1 << 12,
         UP | 1 << 1 | 1 << 3 | 1 << 5,
         UP | 1 << 2 | 1 << 4 | 1 << 6,
         UP | 1 << 1 | 1 << 4 | 1 << 7,
         UP | 1 << 2 | 1 << 3 | 1 << 8,
     ];
-    let mut faces = 0;
-    for (f, need) in NEEDS.iter().enumerate() {
-        faces |= u8::from(joined & need == *need) << f;
+    let mut table = [0; 1 << 13];
+    let mut joined = 0;
+    while joined < table.len() {
+        let mut f = 0;
+        while f < NEEDS.len() {
+            if joined & NEEDS[f] == NEEDS[f] {
+                table[joined] |= 1 << f;
+            }
+            f += 1;
+        }
+        joined += 1;
     }
-    faces
+    table
+};
+
+/// A convex body can touch a face only if, for each plane of the face's pyramid, some vertex lies
+/// on the inner side: bits of several vertices are joined by "or".
+#[inline(always)]
+pub(crate) fn faces_of(joined: u16) -> u8 {
+    FACES[usize::from(joined) % FACES.len()]
 }
 
 multiversion! {
