@@ -85,15 +85,15 @@ impl fmt::Display for Conditions {
             )?;
         }
         let threads = rayon::current_num_threads();
-        writeln!(
+        write!(
             f,
-            "Measured with {threads} thread{}, hemicubes of {} pixels along the top. {} In table 1 \
+            "Measured with {threads} thread{}, hemicubes of {} pixels along the top.{} In table 1 \
              what would take longer than {} s is estimated from a spread sample of rows and marked \
              with ≈.",
             if threads == 1 { "" } else { "s" },
             self.resolution,
             if self.repeats > 1 {
-                format!("The best of up to {} runs counts.", self.repeats)
+                format!(" The best of up to {} runs counts.", self.repeats)
             } else {
                 String::new()
             },
