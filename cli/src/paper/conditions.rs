@@ -20,9 +20,9 @@ pub struct Conditions {
     pub resolution: usize,
     /// Seconds that a cell of table 1 may take; what would take longer is estimated from a sample.
     pub budget: f64,
-    /// A measurement is repeated at most so often, and the best counts.
+    /// Measurements are made at most so often, and the best counts.
     pub repeats: usize,
-    /// Seconds after which a measurement is not repeated.
+    /// Seconds after which none is repeated.
     pub enough: f64,
     /// Tolerances whose loss of quality is measured.
     pub tolerances: Vec<f64>,
@@ -57,7 +57,7 @@ impl Conditions {
             resolution: 128,
             budget: 20.0,
             repeats: 3,
-            enough: 8.0,
+            enough: 15.0,
             tolerances: vec![0.1, 0.05, 0.02],
             picture: (640, 480),
             memory,
@@ -85,15 +85,15 @@ impl fmt::Display for Conditions {
             )?;
         }
         let threads = rayon::current_num_threads();
-        writeln!(
+        write!(
             f,
-            "Measured with {threads} thread{}, hemicubes of {} pixels along the top. {} In table 1 \
+            "Measured with {threads} thread{}, hemicubes of {} pixels along the top.{} In table 1 \
              what would take longer than {} s is estimated from a spread sample of rows and marked \
              with ≈.",
             if threads == 1 { "" } else { "s" },
             self.resolution,
             if self.repeats > 1 {
-                format!("The best of {} runs counts where runs are short.", self.repeats)
+                format!(" The best of up to {} runs counts.", self.repeats)
             } else {
                 String::new()
             },

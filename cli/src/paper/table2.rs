@@ -59,20 +59,16 @@ pub fn adaptive(
 ) -> Result<Made, Failure> {
     let rule =
         FactorRule { max_factor: tolerance, min_area: size, start_area: None, balance: false };
-    let mut made = Made { patches: 0, rows: 0, seconds: 0.0 };
-    made.seconds = best(conditions, || {
-        let start = Instant::now();
-        let mut engine = hemicube(geometry, finest, conditions, Draw::Sources)?;
-        let refined = rule
-            .refine(geometry, finest.clone(), &mut engine, conditions.memory, progress)
-            .map_err(|e| match e {
-                RefineError::Assemble(e) => assembly_failure(e),
-                e => Failure::failed(e),
-            })?;
-        (made.patches, made.rows) = (refined.patches.len(), refined.rows_made);
-        Ok(start.elapsed().as_secs_f64())
+    let start = Instant::now();
+    let mut engine = hemicube(geometry, finest, conditions, Draw::Sources)?;
+    let refined = rule
+        .refine(geometry, finest.clone(), &mut engine, conditions.memory, progress)
+        .map_err(|e| match e {
+        RefineError::Assemble(e) => assembly_failure(e),
+        e => Failure::failed(e),
     })?;
-    Ok(made)
+    let seconds = start.elapsed().as_secs_f64();
+    Ok(Made { patches: refined.patches.len(), rows: refined.rows_made, seconds })
 }
 
 /// Seconds for the form factors of a uniform mesh, kept as the adaptive ones are.
@@ -83,13 +79,11 @@ fn uniform(
     progress: &Part<'_>,
 ) -> Result<f64, Failure> {
     let ids: Vec<PatchId> = patches.ids().collect();
-    best(conditions, || {
-        let start = Instant::now();
-        let mut engine = hemicube(geometry, patches, conditions, Draw::Sources)?;
-        let mut rows = FormFactors::new(patches.len(), conditions.memory);
-        assemble(&mut engine, &ids, &mut rows, progress).map_err(assembly_failure)?;
-        Ok(start.elapsed().as_secs_f64())
-    })
+    let start = Instant::now();
+    let mut engine = hemicube(geometry, patches, conditions, Draw::Sources)?;
+    let mut rows = FormFactors::new(patches.len(), conditions.memory);
+    assemble(&mut engine, &ids, &mut rows, progress).map_err(assembly_failure)?;
+    Ok(start.elapsed().as_secs_f64())
 }
 
 /// Measures, writes `table2.csv` and a plot, and returns the section of the document.
@@ -109,12 +103,15 @@ pub fn run(conditions: &Conditions, folder: &Folder<'_>) -> Result<String, Failu
     for (number, size, patches) in meshes {
         let geometry = scene(number)?.geometry;
         let n = patches.len();
-        let part = || Part::new(&bar, rows(n), n * conditions.repeats);
-        let (first, second) = (part(), part());
-        let uniform_s = uniform(&geometry, &patches, conditions, &first)?;
-        first.finish()?;
-        let adaptive = adaptive(&geometry, &patches, size, TOLERANCE, conditions, &second)?;
-        second.finish()?;
+        let part = Part::new(&bar, 2 * rows(n), 2 * n * conditions.repeats);
+        let mut adaptive = Made { patches: 0, rows: 0, seconds: 0.0 };
+        let [uniform_s, seconds] = best(conditions, || {
+            let uniform_s = uniform(&geometry, &patches, conditions, &part)?;
+            adaptive = self::adaptive(&geometry, &patches, size, TOLERANCE, conditions, &part)?;
+            Ok([uniform_s, adaptive.seconds])
+        })?;
+        adaptive.seconds = seconds;
+        part.finish()?;
         let paper = of(TABLE2, number, size);
         cells.push(Cell { scene: number, size, uniform: n, uniform_s, adaptive, paper });
     }

@@ -7,7 +7,7 @@ use hemicube::progress::Progress;
 
 use super::Folder;
 use super::conditions::Conditions;
-use super::measure::scene;
+use super::measure::{best, scene};
 use super::part::Part;
 use super::plot::{Panel, Series, Style, figure};
 use super::published::{TABLE3, rows};
@@ -47,7 +47,12 @@ pub fn run(conditions: &Conditions, folder: &Folder<'_>) -> Result<String, Failu
             let (geometry, finest) = &meshes[m];
             let part = Part::new(&bar, units(finest.len()), units(finest.len()) as usize);
             let size = conditions.finest;
-            let made = adaptive(geometry, finest, size, tolerance, conditions, &part)?;
+            let mut made = Made { patches: 0, rows: 0, seconds: 0.0 };
+            let [seconds] = best(conditions, || {
+                made = adaptive(geometry, finest, size, tolerance, conditions, &part)?;
+                Ok([made.seconds])
+            })?;
+            made.seconds = seconds;
             part.finish().map(|()| made)
         };
         let made = [made(0)?, made(1)?];
