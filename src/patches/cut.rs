@@ -118,6 +118,24 @@ impl CutPatch {
         }
     }
 
+    /// What the table says of a point: 0 if it sees the centre, or else the nearest of `candidates`
+    /// that it sees, which joins the others.
+    fn code_at(&mut self, at: DVec2, candidates: &[(PatchId, DVec2)]) -> u8 {
+        if self.sees(at, self.centre) {
+            return 0;
+        }
+        let seen = candidates
+            .iter()
+            .filter(|o| self.sees(at, o.1))
+            .min_by(|a, b| a.1.distance_squared(at).total_cmp(&b.1.distance_squared(at)));
+        let Some(&other) = seen else { return 0 };
+        let k = self.others.iter().position(|o| o.0 == other.0).unwrap_or_else(|| {
+            self.others.push(other);
+            self.others.len() - 1
+        });
+        (k + 1).min(usize::from(MIXED - 1)) as u8
+    }
+
     fn sees(&self, a: DVec2, b: DVec2) -> bool {
         !self.lines.iter().any(|l| l.parts(a, b))
     }
@@ -153,26 +171,15 @@ fn cut_patch(
         let on_source = |local: DVec3| cell.point(local).uv;
         let at = on_source((a + b + c) / 3.0);
         let outline = [on_source(a), on_source(b), on_source(c)];
-        let code = if me.sees(at, centre) {
-            0
-        } else {
-            let seen = candidates
-                .iter()
-                .filter(|o| me.sees(at, o.1))
-                .min_by(|a, b| a.1.distance_squared(at).total_cmp(&b.1.distance_squared(at)));
-            match seen {
-                None => 0,
-                Some(&other) => {
-                    let k = me.others.iter().position(|o| o.0 == other.0).unwrap_or_else(|| {
-                        me.others.push(other);
-                        me.others.len() - 1
-                    });
-                    (k + 1).min(usize::from(MIXED - 1)) as u8
-                }
+        me.table[k] = if me.lines.iter().any(|l| l.enters(outline)) {
+            // A line has a corner on each of its sides, however thin the part is that it cuts off.
+            for corner in outline {
+                me.code_at(corner, &candidates);
             }
+            MIXED
+        } else {
+            me.code_at(at, &candidates)
         };
-        let crossed = me.lines.iter().any(|l| l.enters(outline));
-        me.table[k] = if crossed { MIXED } else { code };
     }
     Some(me)
 }

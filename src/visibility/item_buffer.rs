@@ -374,7 +374,7 @@ impl ItemBuffer {
         let nearness = turn::<F>(edges.nearness);
         let stride = face.stride();
         let wide = x1.div_ceil(LANES) - x0 / LANES > WIDE;
-        let slopes = [e0[0], e1[0], e2[0]].map(f32::recip);
+        let slopes = if wide { [e0[0], e1[0], e2[0]].map(f32::recip) } else { [0.0; 3] };
         for (row, &y) in (y0..y1).zip(&face.y[y0..y1]) {
             let (c0, c1, c2) = (e0[1] * y + e0[2], e1[1] * y + e1[2], e2[1] * y + e2[2]);
             let z = nearness[1] * y + nearness[2];
