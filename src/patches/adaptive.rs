@@ -11,6 +11,8 @@ pub struct SplitCells {
     /// First node of each side; the nodes of a level follow those of the level above.
     base: Vec<u32>,
     split: Vec<bool>,
+    /// The node that each node is a part of; whole sides are their own.
+    parent: Vec<u32>,
 }
 
 impl SplitCells {
@@ -18,7 +20,7 @@ impl SplitCells {
     #[must_use]
     pub fn new(finest: Arc<Patches>, start: impl Fn(usize) -> u8) -> Self {
         let mut base = Vec::with_capacity(finest.splits.len());
-        let mut split = Vec::new();
+        let (mut split, mut parent) = (Vec::new(), Vec::new());
         for (side, s) in finest.splits.iter().enumerate() {
             base.push(split.len() as u32);
             if let Some(level) = s.level() {
@@ -26,9 +28,16 @@ impl SplitCells {
                 let first = split.len() - nodes_below(level + 1) as usize;
                 let given = nodes_below(start(side).min(level)) as usize;
                 split[first..first + given].fill(true);
+                let cell = finest.side_cell(side);
+                parent.push(first as u32);
+                for l in 1..=level {
+                    let above = first as u32 + nodes_below(l - 1);
+                    let cells = Cell::grid(cell.triangle, cell.side, l);
+                    parent.extend(cells.map(|c| above + c.ancestor(l - 1).index()));
+                }
             }
         }
-        Self { finest, base, split }
+        Self { finest, base, split, parent }
     }
 
     /// The uniform mesh.
@@ -48,6 +57,12 @@ impl SplitCells {
     pub fn node(&self, cell: &Cell) -> usize {
         let side = side_index(cell.triangle, cell.side);
         (self.base[side] + nodes_below(cell.level) + cell.index()) as usize
+    }
+
+    /// The node that a node is a part of.
+    #[must_use]
+    pub fn parent(&self, node: usize) -> usize {
+        self.parent[node] as usize
     }
 
     /// Whether a cell is split.
@@ -84,9 +99,8 @@ impl SplitCells {
         // Fronts come first, as in a uniform mesh.
         for parity in 0..2 {
             for side in (parity..self.finest.splits.len()).step_by(2) {
-                if let Split::Uniform { first, .. } = self.finest.splits[side] {
-                    let cell = self.finest.cells[first as usize].ancestor(0);
-                    self.descend(cell, &mut leaves);
+                if self.finest.splits[side] != Split::None {
+                    self.descend(self.finest.side_cell(side), &mut leaves);
                 }
             }
         }
@@ -135,6 +149,17 @@ impl SplitCells {
             origins: std::collections::HashMap::new(),
             finest: Some(Finest { patches: finest.clone(), patch_of }),
         }
+    }
+}
+
+impl Patches {
+    /// The whole of a side that has patches, as a cell.
+    fn side_cell(&self, side: usize) -> Cell {
+        let first = match self.splits[side] {
+            Split::Uniform { first, .. } | Split::Adaptive { first, .. } => first,
+            Split::None => 0,
+        };
+        self.cells[first as usize].ancestor(0)
     }
 }
 

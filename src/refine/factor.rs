@@ -148,28 +148,26 @@ impl FactorRule {
         sums: &mut [f64],
         wanted: &mut Vec<Cell>,
     ) {
-        let Some(level) = parts.first().map(|p| p.0.level) else { return };
-        let mut below = parts.to_vec();
-        for level in (0..level).rev() {
-            let mut above: Vec<Cell> = Vec::new();
-            for (cell, f) in &below {
-                let parent = cell.ancestor(level);
-                let sum = &mut sums[cells.node(&parent)];
-                if *sum == 0.0 {
-                    above.push(parent);
+        let Some(finest) = parts.first().map(|p| p.0.level) else { return };
+        // Each with a finest cell within it, to know it by.
+        let mut below: Vec<(usize, Cell, f64)> =
+            parts.iter().map(|(cell, f)| (cells.node(cell), *cell, *f)).collect();
+        let mut above = Vec::with_capacity(below.len());
+        for level in (0..finest).rev() {
+            above.clear();
+            for (node, cell, f) in &below {
+                let parent = cells.parent(*node);
+                if sums[parent] == 0.0 {
+                    above.push((parent, *cell, 0.0));
                 }
-                *sum += f;
+                sums[parent] += f;
             }
-            below = above
-                .into_iter()
-                .map(|cell| (cell, std::mem::take(&mut sums[cells.node(&cell)])))
-                .collect();
-            wanted.extend(
-                below
-                    .iter()
-                    .filter(|(c, f)| *f > self.max_factor && !cells.is_split(c))
-                    .map(|p| p.0),
-            );
+            for (node, _, f) in &mut above {
+                *f = std::mem::take(&mut sums[*node]);
+            }
+            std::mem::swap(&mut below, &mut above);
+            let large = below.iter().filter(|p| p.2 > self.max_factor);
+            wanted.extend(large.map(|p| p.1.ancestor(level)).filter(|c| !cells.is_split(c)));
         }
     }
 }
