@@ -321,18 +321,21 @@ impl Scratch {
             Weights::Each(_) => Vec::new(),
         };
         weights.clear();
-        for ((group, seen), sums) in
-            self.seen.iter_mut().enumerate().zip(self.sums.chunks_mut(GROUP))
-        {
+        let groups = self.seen.iter_mut().zip(self.sums.chunks_mut(GROUP)).enumerate();
+        for (group, (seen, sums)) in groups {
             if !std::mem::take(seen) {
                 continue;
             }
-            for (k, sum) in sums.iter_mut().enumerate() {
-                if *sum > 0 {
-                    row.columns.push((group * GROUP + k) as u32);
-                    weights.push(std::mem::take(sum));
-                }
+            // Without a branch an entry: which patches of a group were seen cannot be foretold.
+            let (mut columns, mut sums_seen, mut count) = ([0; GROUP], [0; GROUP], 0);
+            for (column, sum) in ((group * GROUP) as u32..).zip(sums.iter()) {
+                columns[count % GROUP] = column;
+                sums_seen[count % GROUP] = *sum;
+                count += usize::from(*sum > 0);
             }
+            row.columns.extend_from_slice(&columns[..count]);
+            weights.extend_from_slice(&sums_seen[..count]);
+            sums.fill(0);
         }
         row.weights = Weights::Fixed(weights);
         row.environment = self.environment as f64 / f64::from(ONE);
