@@ -24,7 +24,7 @@ pub use item_buffer::{Edges, Face, ItemBuffer, PatchArea};
 pub use occluders::{Frame, Occluders, View};
 pub(crate) use occluders::{code, faces_of};
 pub use segments::{Blockers, ROUNDING, Sight};
-pub(crate) use simd::{LANES, multiversion};
+pub(crate) use simd::{LANES, compact, multiversion};
 pub use surroundings::{Glimpse, Surroundings, looks_inside_out, share};
 
 /// What an item buffer holds where nothing was drawn.

@@ -15,20 +15,23 @@
 //! - The patch's own source triangle is left out by its id, never by depth.
 //! - Backs that do not reflect lose against all that is nearly as near: a closed body shows none.
 
+mod count;
+
 use std::sync::{Mutex, PoisonError};
 
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 use rayon::prelude::*;
 use thiserror::Error;
 
-use super::delta::{DeltaFormFactors, ONE};
-use super::rows::{Engine, EngineError, Row, Weights};
-use crate::patches::{PatchId, Patches, Split, side_index};
+use super::delta::DeltaFormFactors;
+use super::rows::{Engine, EngineError, Row};
+use crate::patches::{PatchId, Patches, Split};
 use crate::scene::{Geometry, Side, TriangleId};
 use crate::visibility::{
-    Edges, Face, Frame, ItemBuffer, LANES, NOTHING, Occluders, PatchArea, View, code, each_face,
-    faces_of, multiversion,
+    Edges, Face, Frame, ItemBuffer, NOTHING, Occluders, PatchArea, View, code, each_face, faces_of,
+    multiversion,
 };
+use count::{Lookup, Tally, count_patches, count_sources};
 
 /// What is projected on the faces.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -80,15 +83,16 @@ pub struct Hemicube<'a> {
     patches: &'a Patches,
     /// The uniform mesh that the patch under a pixel is looked up in.
     finest: &'a Patches,
-    /// For each of its patches the patch that it is a part of, if that is another mesh.
-    patch_of: Option<&'a [u32]>,
+    /// For each of its patches the patch that it is a part of, if that is another mesh; then the
+    /// places of the tally that are no patches.
+    patch_of: Option<Vec<u32>>,
     draw: Draw,
     occluders: Occluders,
     faces: [Face; 5],
     /// Delta form factors of top and side with the stride of the faces; padding weighs nothing.
     weights: [Vec<u32>; 2],
-    /// For each pixel of top and side the weight of all before it in its row, and one more a row.
-    before: [Vec<u32>; 2],
+    /// How to find patches, by item.
+    lookups: Vec<Lookup>,
     scratch: Mutex<Vec<Scratch>>,
 }
 
@@ -101,15 +105,10 @@ struct Scratch {
     /// are drawn.
     edges: Vec<Edges>,
     /// Weight of each patch seen so far in this row.
-    sums: Vec<u32>,
-    /// Whether some patch of each [`GROUP`] has been seen.
-    seen: Vec<bool>,
-    environment: u64,
-    back: u64,
+    tally: Tally,
+    /// The patch under each pixel of a row of pixels.
+    places: Vec<u32>,
 }
-
-/// Patches are marked as seen by groups of so many.
-const GROUP: usize = 64;
 
 /// Mark of a back that does not reflect, in an item buffer of patches.
 const BACK: u32 = NOTHING - 1;
@@ -135,23 +134,17 @@ impl<'a> Hemicube<'a> {
                 .collect()
         };
         let weights = [pad(&delta.top), pad(&delta.side)];
-        let before = weights.each_ref().map(|w| {
-            w.chunks(faces[0].stride())
-                .flat_map(|row| {
-                    let sums = row.iter().scan(0_u32, |sum, w| {
-                        *sum += w;
-                        Some(*sum)
-                    });
-                    std::iter::once(0).chain(sums)
-                })
-                .collect()
-        });
         let occluders = Occluders::new(geometry);
         let scratch = Mutex::new(Vec::new());
         let (finest, patch_of) = match patches.finest() {
-            Some((finest, patch_of)) => (finest, Some(patch_of)),
+            Some((finest, patch_of)) => {
+                let n = patches.len();
+                let places = [Tally::environment(n), Tally::back(n)];
+                (finest, Some([patch_of, &places].concat()))
+            }
             None => (patches, None),
         };
+        let lookups = Lookup::table(occluders.ids(), finest);
         let draw = options.draw;
         Ok(Self {
             geometry,
@@ -162,7 +155,7 @@ impl<'a> Hemicube<'a> {
             occluders,
             faces,
             weights,
-            before,
+            lookups,
             scratch,
         })
     }
@@ -170,8 +163,7 @@ impl<'a> Hemicube<'a> {
     /// Makes one row.
     pub fn row(&self, id: PatchId, row: &mut Row) {
         let mut scratch = self.locked().pop().unwrap_or_default();
-        scratch.sums.resize(self.patches.len(), 0);
-        scratch.seen.resize(self.patches.len().div_ceil(GROUP), false);
+        scratch.tally.resize(self.patches.len());
         make_row(self, id, &mut scratch, row);
         self.locked().push(scratch);
     }
@@ -179,7 +171,7 @@ impl<'a> Hemicube<'a> {
     /// The patch that a patch of the finest mesh is a part of.
     #[inline(always)]
     fn whole(&self, finest: u32) -> u32 {
-        self.patch_of.map_or(finest, |p| p[finest as usize])
+        self.patch_of.as_ref().map_or(finest, |p| p[finest as usize])
     }
 
     fn locked(&self) -> std::sync::MutexGuard<'_, Vec<Scratch>> {
@@ -220,7 +212,6 @@ fn make_row_kernel(engine: &Hemicube<'_>, id: PatchId, scratch: &mut Scratch, ro
     for (buffer, face) in scratch.buffers.iter_mut().zip(&engine.faces) {
         buffer.clear(face);
     }
-    (scratch.environment, scratch.back) = (0, 0);
     match engine.draw {
         Draw::Sources => {
             project_sources(engine, cell.triangle, scratch);
@@ -231,7 +222,7 @@ fn make_row_kernel(engine: &Hemicube<'_>, id: PatchId, scratch: &mut Scratch, ro
             count_patches(engine, scratch);
         }
     }
-    scratch.write(row);
+    scratch.tally.write(engine.patches.len(), row);
 }
 
 /// Projects every source triangle but the patch's own on the faces; items are twice the number of
@@ -303,202 +294,6 @@ fn project_patches(engine: &Hemicube<'_>, own: TriangleId, s: &mut Scratch) {
             draw([at(p), at(q), at(r)], &area, patch.0);
         }
     }
-}
-
-impl Scratch {
-    #[inline(always)]
-    fn add(&mut self, patch: u32, weight: u32) {
-        self.sums[patch as usize] += weight;
-        self.seen[patch as usize / GROUP] = true;
-    }
-
-    /// Moves the sums into `row`, ascending, and clears them.
-    #[inline(always)]
-    fn write(&mut self, row: &mut Row) {
-        row.columns.clear();
-        let mut weights = match std::mem::take(&mut row.weights) {
-            Weights::Fixed(w) => w,
-            Weights::Each(_) => Vec::new(),
-        };
-        weights.clear();
-        let groups = self.seen.iter_mut().zip(self.sums.chunks_mut(GROUP)).enumerate();
-        for (group, (seen, sums)) in groups {
-            if !std::mem::take(seen) {
-                continue;
-            }
-            // Without a branch an entry: which patches of a group were seen cannot be foretold.
-            let (mut columns, mut sums_seen, mut count) = ([0; GROUP], [0; GROUP], 0);
-            for (column, sum) in ((group * GROUP) as u32..).zip(sums.iter()) {
-                columns[count % GROUP] = column;
-                sums_seen[count % GROUP] = *sum;
-                count += usize::from(*sum > 0);
-            }
-            row.columns.extend_from_slice(&columns[..count]);
-            weights.extend_from_slice(&sums_seen[..count]);
-            sums.fill(0);
-        }
-        row.weights = Weights::Fixed(weights);
-        row.environment = self.environment as f64 / f64::from(ONE);
-        row.back = self.back as f64 / f64::from(ONE);
-        row.lost = 0.0;
-    }
-}
-
-/// Sums the weights of each patch in the item buffers.
-#[inline(always)]
-fn count_patches(engine: &Hemicube<'_>, s: &mut Scratch) {
-    each_face!(F => {
-        let face = &engine.faces[F];
-        let weights = &engine.weights[usize::from(F != 0)];
-        let buffer = std::mem::take(&mut s.buffers[F]);
-        for (y, (items, weights)) in
-            buffer.items().chunks(face.stride()).zip(weights.chunks(face.stride())).enumerate()
-        {
-            let y = face.y()[y];
-            for ((&item, &weight), &x) in items.iter().zip(weights).zip(face.x()) {
-                match item {
-                    NOTHING => s.environment += u64::from(weight),
-                    BACK => s.back += u64::from(weight),
-                    patch => {
-                        let cell = engine.patches.cell(PatchId(patch));
-                        let side = side_index(cell.triangle, cell.side);
-                        let patch = if engine.finest.has_cuts(side) {
-                            let e = s.edges[cell.triangle.index()].turned::<F>();
-                            let f = e.map(|e| e[0] * x + (e[1] * y + e[2]));
-                            let n = (1_u32 << engine.finest.splits()[side].level().unwrap_or(0)) as f32;
-                            let first = engine.finest.of_side(cell.triangle, cell.side).next();
-                            let first = first.map_or(0, |p| p.0);
-                            engine.whole(owner(engine, first + index_in_grid(n, f[0], f[1], f[2]), f))
-                        } else {
-                            patch
-                        };
-                        s.add(patch, weight);
-                    }
-                }
-            }
-        }
-        s.buffers[F] = buffer;
-    });
-}
-
-/// Looks up the patch under each pixel and sums the weights. Pixels come in runs of one source
-/// triangle; the run of a triangle that is a single patch is summed as a whole.
-#[inline(always)]
-fn count_sources(engine: &Hemicube<'_>, s: &mut Scratch) {
-    each_face!(F => {
-        let face = &engine.faces[F];
-        let table = &engine.weights[usize::from(F != 0)];
-        let buffer = std::mem::take(&mut s.buffers[F]);
-        for (y, (items, weights)) in
-            buffer.items().chunks(face.stride()).zip(table.chunks(face.stride())).enumerate()
-        {
-            let items = &items[..face.width()];
-            let mut from = 0;
-            while from < items.len() {
-                let item = items[from];
-                let mut to = from + 1;
-                while to + LANES <= items.len() && all_equal(&items[to..to + LANES], item) {
-                    to += LANES;
-                }
-                while to < items.len() && items[to] == item {
-                    to += 1;
-                }
-                count_run::<F>(engine, s, y, item, from..to, weights);
-                from = to;
-            }
-        }
-        s.buffers[F] = buffer;
-    });
-}
-
-/// Whether all items of a block are `item`; without a branch a block, so that it vectorises.
-#[inline(always)]
-fn all_equal(items: &[u32], item: u32) -> bool {
-    items.iter().fold(0, |differ, &i| differ | (i ^ item)) == 0
-}
-
-/// Counts a run of pixels that see the same source triangle.
-#[inline(always)]
-fn count_run<const F: usize>(
-    engine: &Hemicube<'_>,
-    s: &mut Scratch,
-    y: usize,
-    item: u32,
-    run: std::ops::Range<usize>,
-    weights: &[u32],
-) {
-    let row = y * (engine.faces[F].stride() + 1);
-    let before = &engine.before[usize::from(F != 0)];
-    let whole = || before[row + run.end] - before[row + run.start];
-    if item == NOTHING {
-        s.environment += u64::from(whole());
-        return;
-    }
-    let solid = item as usize / 2;
-    let triangle = engine.occluders.ids()[solid];
-    let side = 2 * triangle.index() + (item as usize & 1);
-    match engine.finest.splits()[side] {
-        Split::None | Split::Adaptive { .. } => s.back += u64::from(whole()),
-        Split::Uniform { first, level: 0 } if !engine.finest.has_cuts(side) => {
-            s.add(engine.whole(first), whole());
-        }
-        Split::Uniform { first, level } => {
-            let face = &engine.faces[F];
-            let [e0, e1, e2] = s.edges[solid].turned::<F>();
-            let y = face.y()[y];
-            let (c0, c1, c2) = (e0[1] * y + e0[2], e1[1] * y + e1[2], e2[1] * y + e2[2]);
-            let n = (1_u32 << level) as f32;
-            let blocks = run.start / LANES..run.end.div_ceil(LANES);
-            let mut ids = [0; LANES];
-            for block in blocks {
-                let start = block * LANES;
-                let xs = &face.x().as_chunks::<LANES>().0[block];
-                for l in 0..LANES {
-                    let x = xs[l];
-                    ids[l] = index_in_grid(n, e0[0] * x + c0, e1[0] * x + c1, e2[0] * x + c2);
-                }
-                let (from, to) = (run.start.max(start), run.end.min(start + LANES));
-                if engine.finest.has_cuts(side) {
-                    for l in from - start..to - start {
-                        if !engine.finest.is_cut(PatchId(first + ids[l])) {
-                            continue;
-                        }
-                        let f = [e0[0] * xs[l] + c0, e1[0] * xs[l] + c1, e2[0] * xs[l] + c2];
-                        ids[l] = owner(engine, first + ids[l], f) - first;
-                    }
-                }
-                for (&id, &weight) in ids[from - start..to - start].iter().zip(&weights[from..to]) {
-                    s.add(engine.whole(first + id), weight);
-                }
-            }
-        }
-    }
-}
-
-/// The patch that the point with edge functions `f` in the cell of patch `id` belongs to.
-fn owner(engine: &Hemicube<'_>, id: u32, f: [f32; 3]) -> u32 {
-    let f = DVec3::from_array(f.map(f64::from));
-    engine.finest.owner(PatchId(id), f / (f.x + f.y + f.z)).0
-}
-
-/// Index of the patch in a grid of `n` strips where the edge functions have the values `f0, f1, f2`;
-/// the twin in single precision of the look-up by barycentric coordinates. Always below n².
-#[inline(always)]
-fn index_in_grid(n: f32, f0: f32, f1: f32, f2: f32) -> u32 {
-    let scale = n / (f0 + f1 + f2);
-    let (u, v) = ((f0 * scale).max(0.0), (f1 * scale).max(0.0));
-    let i = u.floor().min(n - 1.0);
-    let j = v.floor().min(n - 1.0 - i);
-    let inverted = ((u - i) + (v - j) > 1.0) & (i + j + 2.0 <= n);
-    let (n, i, j) = (small_integer(n), small_integer(i), small_integer(j));
-    i * (2 * n - i) + 2 * j + u32::from(inverted)
-}
-
-/// `x as u32` for whole x from 0 to 2^22, in a form that vectorises.
-#[inline(always)]
-fn small_integer(x: f32) -> u32 {
-    const SHIFT: f32 = 8_388_608.0;
-    (x + SHIFT).to_bits() & 0x7f_ffff
 }
 
 #[cfg(test)]

@@ -1,5 +1,7 @@
 //! The item buffer: under each pixel, which item is nearest.
 
+use std::ops::Range;
+
 use glam::{DVec3, Vec3};
 
 use super::NOTHING;
@@ -76,28 +78,6 @@ impl Face {
     /// y of each row's pixel centres.
     pub(crate) fn y(&self) -> &[f32] {
         &self.y
-    }
-
-    /// The pixels from `x0` to `x1` of a row, and some more, on which no edge function `a x + c` is
-    /// negative; given are all c and 1 / a.
-    #[inline(always)]
-    fn within(&self, c: [f32; 3], slopes: [f32; 3], x0: usize, x1: usize) -> (usize, usize) {
-        let (mut low, mut high) = (f32::NEG_INFINITY, f32::INFINITY);
-        for k in 0..3 {
-            let zero = -c[k] * slopes[k];
-            // An edge along the row has no zero on it: its inverse is infinite, or next to.
-            if slopes[k] > 0.0 && slopes[k] < f32::MAX {
-                low = low.max(zero);
-            } else if slopes[k] < 0.0 && slopes[k] > f32::MIN {
-                high = high.min(zero);
-            }
-        }
-        /// Pixels beside a zero that its rounding may hide.
-        const SLACK: f32 = 1.5;
-        let pixel = |x: f32| (x - self.x[0]) * self.density[0];
-        let from = (pixel(low) - SLACK).max(x0 as f32);
-        let to = (pixel(high) + SLACK + 1.0).min(x1 as f32);
-        if from < to { (from as usize, to as usize) } else { (x0, x0) }
     }
 
     /// Pixels (x from, x to, y from, y to; ends exclusive) outside of which a triangle of the frame
@@ -370,32 +350,105 @@ impl ItemBuffer {
         item: u32,
         inside: impl Fn(f32, f32, f32) -> bool,
     ) {
-        let [e0, e1, e2] = edges.turned::<F>();
+        let e = edges.turned::<F>();
         let nearness = turn::<F>(edges.nearness);
-        let stride = face.stride();
-        let wide = x1.div_ceil(LANES) - x0 / LANES > WIDE;
-        let slopes = if wide { [e0[0], e1[0], e2[0]].map(f32::recip) } else { [0.0; 3] };
-        for (row, &y) in (y0..y1).zip(&face.y[y0..y1]) {
-            let (c0, c1, c2) = (e0[1] * y + e0[2], e1[1] * y + e1[2], e2[1] * y + e2[2]);
-            let z = nearness[1] * y + nearness[2];
-            let (from, to) =
-                if wide { face.within([c0, c1, c2], slopes, x0, x1) } else { (x0, x1) };
-            let blocks = from / LANES..to.div_ceil(LANES);
-            let xs = &face.x.as_chunks::<LANES>().0[blocks.clone()];
-            let at = row * stride + blocks.start * LANES..row * stride + blocks.end * LANES;
-            let items = self.items[at.clone()].as_chunks_mut::<LANES>().0;
-            let near = self.nearness[at].as_chunks_mut::<LANES>().0;
-            for ((xs, items), near) in xs.iter().zip(items).zip(near) {
-                for l in 0..LANES {
-                    let x = xs[l];
-                    let here = nearness[0] * x + z;
-                    let seen =
-                        inside(e0[0] * x + c0, e1[0] * x + c1, e2[0] * x + c2) & (here > near[l]);
-                    near[l] = if seen { here } else { near[l] };
-                    items[l] = if seen { item } else { items[l] };
-                }
+        let blocks = x0 / LANES..x1.div_ceil(LANES);
+        if blocks.len() <= WIDE {
+            for (row, &y) in (y0..y1).zip(&face.y[y0..y1]) {
+                self.scan_row(face, row, y, blocks.clone(), &e, nearness, item, &inside);
+            }
+            return;
+        }
+        let spans = Spans::new(face, &e, [x0, x1]);
+        for (first, ys) in (y0..).step_by(LANES).zip(face.y[y0..y1].chunks(LANES)) {
+            let (from, to) = spans.at(ys);
+            for (k, &y) in ys.iter().enumerate() {
+                let blocks = from[k] as usize / LANES..(to[k] as usize).div_ceil(LANES);
+                self.scan_row(face, first + k, y, blocks, &e, nearness, item, &inside);
             }
         }
+    }
+
+    #[inline(always)]
+    #[allow(clippy::too_many_arguments, reason = "a loop body with a name")]
+    fn scan_row(
+        &mut self,
+        face: &Face,
+        row: usize,
+        y: f32,
+        blocks: Range<usize>,
+        e: &[[f32; 3]; 3],
+        nearness: [f32; 3],
+        item: u32,
+        inside: &impl Fn(f32, f32, f32) -> bool,
+    ) {
+        let (c0, c1, c2) = (e[0][1] * y + e[0][2], e[1][1] * y + e[1][2], e[2][1] * y + e[2][2]);
+        let z = nearness[1] * y + nearness[2];
+        let stride = face.stride();
+        let xs = &face.x.as_chunks::<LANES>().0[blocks.clone()];
+        let at = row * stride + blocks.start * LANES..row * stride + blocks.end * LANES;
+        let items = self.items[at.clone()].as_chunks_mut::<LANES>().0;
+        let near = self.nearness[at].as_chunks_mut::<LANES>().0;
+        for ((xs, items), near) in xs.iter().zip(items).zip(near) {
+            for l in 0..LANES {
+                let x = xs[l];
+                let here = nearness[0] * x + z;
+                let seen =
+                    inside(e[0][0] * x + c0, e[1][0] * x + c1, e[2][0] * x + c2) & (here > near[l]);
+                near[l] = if seen { here } else { near[l] };
+                items[l] = if seen { item } else { items[l] };
+            }
+        }
+    }
+}
+
+/// Where a triangle begins and ends on rows of pixels: between the zeros of its edge functions, which
+/// are straight lines, x = p y + q in pixels.
+struct Spans {
+    /// p and q of lines to the left; infinitely far where an edge is none.
+    low: [[f32; 2]; 3],
+    /// The same to the right.
+    high: [[f32; 2]; 3],
+    bounds: [f32; 2],
+}
+
+impl Spans {
+    #[inline(always)]
+    fn new(face: &Face, edges: &[[f32; 3]; 3], [x0, x1]: [usize; 2]) -> Self {
+        /// An edge that is so steep or far away that its rounding amounts to a pixel bounds nothing.
+        const FARTHEST: f32 = 1e6;
+        let mut me = Self {
+            low: [[0.0, f32::NEG_INFINITY]; 3],
+            high: [[0.0, f32::INFINITY]; 3],
+            bounds: [x0 as f32, x1 as f32],
+        };
+        for (k, [a, b, c]) in edges.iter().enumerate() {
+            let inverse = -face.density[0] / a;
+            let line = [b * inverse, c * inverse - face.x[0] * face.density[0]];
+            if line[0].abs() + line[1].abs() < FARTHEST {
+                if *a > 0.0 { me.low[k] = line } else { me.high[k] = line }
+            }
+        }
+        me
+    }
+
+    /// The first pixel of each row and the one behind the last, and some more.
+    #[inline(always)]
+    fn at(&self, ys: &[f32]) -> ([u32; LANES], [u32; LANES]) {
+        /// Pixels beside a zero that its rounding may hide.
+        const SLACK: f32 = 1.5;
+        let mut y = [0.0; LANES];
+        y[..ys.len()].copy_from_slice(ys);
+        let [mut from, mut to] = [[0; LANES]; 2];
+        for l in 0..LANES {
+            let y = y[l];
+            let [a, b, c] = self.low.map(|[p, q]| p * y + q);
+            let low = (a.max(b).max(c) - SLACK).max(self.bounds[0]).min(self.bounds[1]);
+            let [a, b, c] = self.high.map(|[p, q]| p * y + q);
+            let high = (a.min(b).min(c) + (SLACK + 1.0)).min(self.bounds[1]).max(low);
+            (from[l], to[l]) = (low as u32, high as u32);
+        }
+        (from, to)
     }
 }
 

@@ -1,0 +1,264 @@
+//! From the item buffer to a row: which patch lies under each pixel, and the sum of its weights.
+
+use std::ops::Range;
+
+use glam::DVec3;
+
+use super::{BACK, Hemicube, Scratch};
+use crate::form_factors::delta::ONE;
+use crate::form_factors::rows::{Row, Weights};
+use crate::patches::{PatchId, Patches, Split, side_index};
+use crate::scene::{Side, TriangleId};
+use crate::visibility::{Edges, LANES, NOTHING, compact, each_face};
+
+/// How the patch under a pixel is found where one side of a triangle is seen.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Lookup {
+    /// The first patch of the finest mesh on this side, or a place of the [`Tally`].
+    first: u32,
+    /// Strips of the side's grid; 0 if all of it is `first`.
+    strips: f32,
+    /// Whether something parts patches of this side.
+    cut: bool,
+}
+
+impl Lookup {
+    /// Of both sides of each of `triangles`, in the order of items.
+    pub fn table(triangles: &[TriangleId], finest: &Patches) -> Vec<Self> {
+        let lookup = |triangle: TriangleId, side: Side| match finest.split_of(triangle, side) {
+            Split::Uniform { first, level } => {
+                let cut = finest.has_cuts(side_index(triangle, side));
+                let strips = if level == 0 && !cut { 0.0 } else { (1_u32 << level) as f32 };
+                Self { first, strips, cut }
+            }
+            Split::None | Split::Adaptive { .. } => {
+                Self { first: Tally::back(finest.len()), strips: 0.0, cut: false }
+            }
+        };
+        triangles.iter().flat_map(|&t| Side::BOTH.map(|side| lookup(t, side))).collect()
+    }
+}
+
+/// Patches are marked as seen by groups of so many.
+pub(super) const GROUP: usize = 64;
+
+/// Weights of a row, added up patch by patch; behind the patches stand what escapes and what ends
+/// on backs.
+#[derive(Default)]
+pub(super) struct Tally {
+    sums: Vec<u32>,
+    /// Whether something of each [`GROUP`] has been seen.
+    seen: Vec<bool>,
+}
+
+impl Tally {
+    /// The place of what escapes.
+    pub fn environment(patches: usize) -> u32 {
+        patches as u32
+    }
+
+    /// The place of what ends on backs that do not reflect.
+    pub fn back(patches: usize) -> u32 {
+        patches as u32 + 1
+    }
+
+    pub fn resize(&mut self, patches: usize) {
+        self.seen.resize((patches + 2).div_ceil(GROUP), false);
+        self.sums.resize(self.seen.len() * GROUP, 0);
+    }
+
+    #[inline(always)]
+    fn add(&mut self, place: u32, weight: u32) {
+        self.sums[place as usize] += weight;
+        self.seen[place as usize / GROUP] = true;
+    }
+
+    /// Adds up a row of pixels. Neighbours mostly see one patch, and adding to a sum that was just
+    /// added to is slow: four pixels far apart take turns.
+    #[inline(always)]
+    fn add_all(&mut self, places: &[u32], weights: &[u32]) {
+        let quarter = places.len() / 4;
+        let (p, w) = (&places[..4 * quarter], &weights[..4 * quarter]);
+        for k in 0..quarter {
+            for turn in 0..4 {
+                let at = turn * quarter + k;
+                self.add(p[at], w[at]);
+            }
+        }
+    }
+
+    /// Moves the sums into `row`, patches ascending, and clears them.
+    pub fn write(&mut self, patches: usize, row: &mut Row) {
+        let mut take =
+            |place: u32| f64::from(std::mem::take(&mut self.sums[place as usize])) / f64::from(ONE);
+        row.environment = take(Self::environment(patches));
+        row.back = take(Self::back(patches));
+        row.lost = 0.0;
+        let mut weights = match std::mem::take(&mut row.weights) {
+            Weights::Fixed(w) => w,
+            Weights::Each(_) => Vec::new(),
+        };
+        row.columns.clear();
+        weights.clear();
+        let groups = self.seen.iter_mut().zip(self.sums.as_chunks_mut::<GROUP>().0);
+        for (first, (seen, sums)) in (0_u32..).step_by(GROUP).zip(groups) {
+            if std::mem::take(seen) {
+                compact(sums, first, &mut weights, &mut row.columns);
+                sums.fill(0);
+            }
+        }
+        row.weights = Weights::Fixed(weights);
+    }
+}
+
+/// Sums the weights of each patch in item buffers of patches.
+#[inline(always)]
+pub(super) fn count_patches(engine: &Hemicube<'_>, s: &mut Scratch) {
+    let n = engine.patches.len();
+    each_face!(F => {
+        let face = &engine.faces[F];
+        let weights = &engine.weights[usize::from(F != 0)];
+        let rows = s.buffers[F].items().chunks(face.stride()).zip(weights.chunks(face.stride()));
+        for ((items, weights), &y) in rows.zip(face.y()) {
+            for ((&item, &weight), &x) in items.iter().zip(weights).zip(face.x()) {
+                let place = match item {
+                    NOTHING => Tally::environment(n),
+                    BACK => Tally::back(n),
+                    patch => part_of::<F>(engine, &s.edges, patch, [x, y]),
+                };
+                s.tally.add(place, weight);
+            }
+        }
+    });
+}
+
+/// The patch that a pixel of patch `id` counts for.
+#[inline(always)]
+fn part_of<const F: usize>(engine: &Hemicube<'_>, edges: &[Edges], id: u32, at: [f32; 2]) -> u32 {
+    let cell = engine.patches.cell(PatchId(id));
+    let side = side_index(cell.triangle, cell.side);
+    if !engine.finest.has_cuts(side) {
+        return id;
+    }
+    let e = edges[cell.triangle.index()].turned::<F>();
+    let f = e.map(|e| e[0] * at[0] + (e[1] * at[1] + e[2]));
+    let strips = (1_u32 << engine.finest.splits()[side].level().unwrap_or(0)) as f32;
+    let first = engine.finest.of_side(cell.triangle, cell.side).next().map_or(0, |p| p.0);
+    engine.whole(owner(engine, first + index_in_grid(strips, f[0], f[1], f[2]), f))
+}
+
+/// Looks up the patch under each pixel and sums the weights.
+#[inline(always)]
+pub(super) fn count_sources(engine: &Hemicube<'_>, s: &mut Scratch) {
+    let mut places = std::mem::take(&mut s.places);
+    places.resize(engine.faces[0].stride(), 0);
+    each_face!(F => {
+        let face = &engine.faces[F];
+        let weights = &engine.weights[usize::from(F != 0)];
+        let rows = s.buffers[F].items().chunks(face.stride()).zip(weights.chunks(face.stride()));
+        for ((items, weights), &y) in rows.zip(face.y()) {
+            let items = items.as_chunks::<LANES>().0;
+            let xs = face.x().as_chunks::<LANES>().0;
+            for ((items, xs), places) in items.iter().zip(xs).zip(places.as_chunks_mut().0) {
+                look_up::<F>(engine, &s.edges, items, xs, y, places);
+            }
+            if let Some(patch_of) = &engine.patch_of {
+                for place in &mut places {
+                    *place = patch_of[*place as usize];
+                }
+            }
+            s.tally.add_all(&places, weights);
+        }
+    });
+    s.places = places;
+}
+
+/// The places in the tally of a block of pixels, in the finest mesh.
+#[inline(always)]
+fn look_up<const F: usize>(
+    engine: &Hemicube<'_>,
+    edges: &[Edges],
+    items: &[u32; LANES],
+    xs: &[f32; LANES],
+    y: f32,
+    places: &mut [u32; LANES],
+) {
+    if items.iter().fold(0, |differ, &i| differ | (i ^ items[0])) == 0 {
+        *places = of_item::<F>(engine, edges, items[0], 0..LANES, xs, y);
+        return;
+    }
+    let mut from = 0;
+    while from < LANES {
+        let item = items[from];
+        let to = (from + 1..LANES).find(|&l| items[l] != item).unwrap_or(LANES);
+        let found = of_item::<F>(engine, edges, item, from..to, xs, y);
+        for l in 0..LANES {
+            places[l] = if (from..to).contains(&l) { found[l] } else { places[l] };
+        }
+        from = to;
+    }
+}
+
+/// The places of the pixels of a block, if all of them were of one item; those of `run` are, and only
+/// they mind what cuts patches.
+#[inline(always)]
+fn of_item<const F: usize>(
+    engine: &Hemicube<'_>,
+    edges: &[Edges],
+    item: u32,
+    run: Range<usize>,
+    xs: &[f32; LANES],
+    y: f32,
+) -> [u32; LANES] {
+    if item == NOTHING {
+        return [Tally::environment(engine.finest.len()); LANES];
+    }
+    let Lookup { first, strips, cut } = engine.lookups[item as usize];
+    if strips == 0.0 {
+        return [first; LANES];
+    }
+    let [e0, e1, e2] = edges[item as usize / 2].turned::<F>();
+    let (c0, c1, c2) = (e0[1] * y + e0[2], e1[1] * y + e1[2], e2[1] * y + e2[2]);
+    let mut places = [0; LANES];
+    for l in 0..LANES {
+        let x = xs[l];
+        let (f0, f1, f2) = (e0[0] * x + c0, e1[0] * x + c1, e2[0] * x + c2);
+        places[l] = first + index_in_grid(strips, f0, f1, f2);
+    }
+    if cut {
+        for l in run {
+            if engine.finest.is_cut(PatchId(places[l])) {
+                let f = [e0[0] * xs[l] + c0, e1[0] * xs[l] + c1, e2[0] * xs[l] + c2];
+                places[l] = owner(engine, places[l], f);
+            }
+        }
+    }
+    places
+}
+
+/// The patch that the point with edge functions `f` in the cell of patch `id` belongs to.
+#[inline(never)]
+fn owner(engine: &Hemicube<'_>, id: u32, f: [f32; 3]) -> u32 {
+    let f = DVec3::from_array(f.map(f64::from));
+    engine.finest.owner(PatchId(id), f / (f.x + f.y + f.z)).0
+}
+
+/// Index of the patch in a grid of `n` strips where the edge functions have the values `f0, f1, f2`;
+/// the twin in single precision of the look-up by barycentric coordinates. Always below n².
+#[inline(always)]
+fn index_in_grid(n: f32, f0: f32, f1: f32, f2: f32) -> u32 {
+    let scale = n / (f0 + f1 + f2);
+    let (u, v) = ((f0 * scale).max(0.0), (f1 * scale).max(0.0));
+    let i = u.floor().min(n - 1.0);
+    let j = v.floor().min(n - 1.0 - i);
+    let inverted = ((u - i) + (v - j) > 1.0) & (i + j + 2.0 <= n);
+    let (n, i, j) = (small_integer(n), small_integer(i), small_integer(j));
+    i * (2 * n - i) + 2 * j + u32::from(inverted)
+}
+
+/// `x as u32` for whole x from 0 to 2^22, in a form that vectorises.
+#[inline(always)]
+fn small_integer(x: f32) -> u32 {
+    const SHIFT: f32 = 8_388_608.0;
+    (x + SHIFT).to_bits() & 0x7f_ffff
+}
