@@ -22,6 +22,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 pub use adaptive::SplitCells;
+pub(crate) use box_tree::BoxTree;
 pub use cell::Cell;
 use contact::{ContactLines, Plane};
 use cut::Cuts;

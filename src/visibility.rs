@@ -9,6 +9,7 @@
 //! behind the pinhole, and an edge shared by two triangles gives exactly opposite values on both, so
 //! that no pixel falls between them.
 
+mod bodies;
 mod covered;
 mod item_buffer;
 mod occluders;
@@ -16,6 +17,7 @@ mod segments;
 mod simd;
 mod surroundings;
 
+pub(crate) use bodies::Bodies;
 pub use covered::{COVERED, covered_triangles, uncover};
 pub(crate) use item_buffer::each_face;
 #[cfg(feature = "gpu")]
@@ -24,7 +26,7 @@ pub use item_buffer::{Edges, Face, ItemBuffer, PatchArea};
 pub use occluders::{Frame, Occluders, View};
 pub(crate) use occluders::{code, faces_of};
 pub use segments::{Blockers, ROUNDING, Sight};
-pub(crate) use simd::{LANES, compact, multiversion};
+pub(crate) use simd::{LANES, multiversion};
 pub use surroundings::{Glimpse, Surroundings, looks_inside_out, share};
 
 /// What an item buffer holds where nothing was drawn.

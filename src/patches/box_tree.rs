@@ -6,7 +6,7 @@ use rayon::prelude::*;
 type Bounds = (DVec3, DVec3);
 
 /// Binary tree by halving at the median of the longest axis.
-pub(super) struct BoxTree {
+pub(crate) struct BoxTree {
     boxes: Vec<Bounds>,
     order: Vec<u32>,
     nodes: Vec<Node>,

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use glam::{DVec3, Vec3};
 
+use super::Bodies;
 use super::simd::multiversion;
 use crate::scene::geometry::position_key;
 use crate::scene::{Geometry, TriangleId};
@@ -106,6 +107,11 @@ impl Occluders {
     #[must_use]
     pub fn ids(&self) -> &[TriangleId] {
         &self.ids
+    }
+
+    /// The closed bodies among the triangles.
+    pub(crate) fn bodies(&self, geometry: &Geometry) -> Bodies {
+        Bodies::find(geometry, &self.ids, &self.corners)
     }
 
     /// Moves all vertices into `frame`.

@@ -48,17 +48,3 @@ macro_rules! multiversion {
     };
 }
 pub(crate) use multiversion;
-
-/// Appends the numbers of `values` that are not zero to `kept`, and their places, counted from
-/// `first`, to `places`.
-pub(crate) fn compact(values: &[u32; 64], first: u32, kept: &mut Vec<u32>, places: &mut Vec<u32>) {
-    let (mut v, mut p, mut count) = ([0; 64], [0; 64], 0);
-    // Without a branch a number: which are zero cannot be foretold.
-    for (place, &value) in (first..).zip(values) {
-        v[count % 64] = value;
-        p[count % 64] = place;
-        count += usize::from(value != 0);
-    }
-    kept.extend_from_slice(&v[..count]);
-    places.extend_from_slice(&p[..count]);
-}

@@ -9,7 +9,7 @@ use crate::form_factors::delta::ONE;
 use crate::form_factors::rows::{Row, Weights};
 use crate::patches::{PatchId, Patches, Split, side_index};
 use crate::scene::{Side, TriangleId};
-use crate::visibility::{Edges, LANES, NOTHING, compact, each_face};
+use crate::visibility::{Edges, LANES, NOTHING, each_face};
 
 /// How the patch under a pixel is found where one side of a triangle is seen.
 #[derive(Debug, Clone, Copy)]
@@ -109,6 +109,20 @@ impl Tally {
         }
         row.weights = Weights::Fixed(weights);
     }
+}
+
+/// Appends the numbers of `values` that are not zero to `kept`, and their places, counted from
+/// `first`, to `places`.
+fn compact(values: &[u32; GROUP], first: u32, kept: &mut Vec<u32>, places: &mut Vec<u32>) {
+    let (mut v, mut p, mut count) = ([0; GROUP], [0; GROUP], 0);
+    // Without a branch a number: which are zero cannot be foretold.
+    for (place, &value) in (first..).zip(values) {
+        v[count % GROUP] = value;
+        p[count % GROUP] = place;
+        count += usize::from(value != 0);
+    }
+    kept.extend_from_slice(&v[..count]);
+    places.extend_from_slice(&p[..count]);
 }
 
 /// Sums the weights of each patch in item buffers of patches.
