@@ -16,6 +16,7 @@ pub mod kernel;
 mod lit;
 mod rows;
 mod stored;
+mod tally;
 
 pub use classical::Classical;
 pub use hemicube::{Draw, Hemicube, HemicubeError, HemicubeOptions};
@@ -23,4 +24,4 @@ pub use hemicube::{Draw, Hemicube, HemicubeError, HemicubeOptions};
 pub use hemicube_gpu::{AdapterReport, Gpu, GpuError, GpuSeconds, HemicubeGpu};
 pub use lit::assemble_lit;
 pub use rows::{Engine, EngineError, Row, RowSink, SinkError, Weights};
-pub use stored::{AssembleError, BLOCK, ENTRY_BYTES, FormFactors, RowAccount, assemble};
+pub use stored::{AssembleError, BLOCK, ENTRY_BYTES, FormFactors, Merger, RowAccount, assemble};

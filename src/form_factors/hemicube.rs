@@ -25,13 +25,14 @@ use thiserror::Error;
 
 use super::delta::DeltaFormFactors;
 use super::rows::{Engine, EngineError, Row};
+use super::tally::Tally;
 use crate::patches::{PatchId, Patches, Split};
 use crate::scene::{Geometry, Side, TriangleId};
 use crate::visibility::{
     Bodies, Edges, Face, Frame, ItemBuffer, NOTHING, Occluders, PatchArea, View, code, each_face,
     faces_of, multiversion,
 };
-use count::{Lookup, Tally, count_patches, count_sources};
+use count::{Lookup, back, count_patches, count_sources, environment, write};
 
 /// What is projected on the faces.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -108,7 +109,7 @@ struct Scratch {
     /// are drawn.
     edges: Vec<Edges>,
     /// Weight of each patch seen so far in this row.
-    tally: Tally,
+    tally: Tally<u32>,
     /// The patch under each pixel of a row of pixels.
     places: Vec<u32>,
 }
@@ -142,7 +143,7 @@ impl<'a> Hemicube<'a> {
         let (finest, patch_of) = match patches.finest() {
             Some((finest, patch_of)) => {
                 let n = patches.len();
-                let places = [Tally::environment(n), Tally::back(n)];
+                let places = [environment(n), back(n)];
                 (finest, Some([patch_of, &places].concat()))
             }
             None => (patches, None),
@@ -168,7 +169,7 @@ impl<'a> Hemicube<'a> {
     /// Makes one row.
     pub fn row(&self, id: PatchId, row: &mut Row) {
         let mut scratch = self.locked().pop().unwrap_or_default();
-        scratch.tally.resize(self.patches.len());
+        scratch.tally.resize(self.patches.len() + 2);
         make_row(self, id, &mut scratch, row);
         self.locked().push(scratch);
     }
@@ -230,7 +231,7 @@ fn make_row_kernel(engine: &Hemicube<'_>, id: PatchId, scratch: &mut Scratch, ro
             count_patches(engine, scratch);
         }
     }
-    scratch.tally.write(engine.patches.len(), row);
+    write(&mut scratch.tally, engine.patches.len(), row);
 }
 
 /// Projects every source triangle but the patch's own on the faces; items are twice the number of

@@ -5,6 +5,7 @@ use std::ops::ControlFlow;
 use thiserror::Error;
 
 use super::rows::{Engine, EngineError, Row, RowSink, SinkError, Weights};
+use super::tally::Tally;
 use crate::patches::PatchId;
 use crate::progress::Progress;
 use crate::scene::Rgb;
@@ -49,34 +50,38 @@ pub struct StoredRow<'a> {
 }
 
 impl StoredRow<'_> {
-    /// The row with the columns that are parts of one patch added up: `patch_of` each column. `sums`
-    /// is room for one number a patch, all zero before and after. Fixed-point sums are exact.
-    pub fn merged(&self, patch_of: &[u32], sums: &mut [f64]) -> (Vec<u32>, Weights) {
+    /// Adds the row up patch by patch in `merger`, `patch_of` each column. Fixed-point sums are
+    /// exact.
+    fn merge(&self, patch_of: &[u32], merger: &mut Merger) {
         let at = self.start..self.start + self.columns.len();
-        let mut columns = Vec::new();
-        let mut add = |j: u32, w: f64| {
-            let patch = patch_of[j as usize];
-            if sums[patch as usize] == 0.0 {
-                columns.push(patch);
-            }
-            sums[patch as usize] += w;
-        };
         match self.weights {
             Weights::Fixed(w) => {
-                self.columns.iter().zip(&w[at]).for_each(|(&j, &w)| add(j, f64::from(w)));
+                for (&j, &w) in self.columns.iter().zip(&w[at]) {
+                    merger.fixed.add(patch_of[j as usize], w);
+                }
             }
             Weights::Each(w) => {
-                self.columns.iter().zip(&w[at]).for_each(|(&j, &w)| add(j, f64::from(w)));
+                for (&j, &w) in self.columns.iter().zip(&w[at]) {
+                    merger.each.add(patch_of[j as usize], f64::from(w));
+                }
             }
         }
-        columns.sort_unstable();
-        columns.dedup();
-        let taken = columns.iter().map(|&p| std::mem::take(&mut sums[p as usize]));
-        let weights = match self.weights {
-            Weights::Fixed(_) => Weights::Fixed(taken.map(|w| w as u32).collect()),
-            Weights::Each(_) => Weights::Each(taken.map(|w| w as f32).collect()),
-        };
-        (columns, weights)
+    }
+
+    /// The row with the columns that are parts of one patch added up, `patch_of` each column.
+    pub fn merged(&self, patch_of: &[u32], merger: &mut Merger) -> (Vec<u32>, Weights) {
+        self.merge(patch_of, merger);
+        let (mut columns, mut fixed, mut each) = (Vec::new(), Vec::new(), Vec::new());
+        match self.weights {
+            Weights::Fixed(_) => {
+                merger.fixed.write(&mut columns, &mut fixed);
+                (columns, Weights::Fixed(fixed))
+            }
+            Weights::Each(_) => {
+                merger.each.write(&mut columns, &mut each);
+                (columns, Weights::Each(each.into_iter().map(|w| w as f32).collect()))
+            }
+        }
     }
 
     /// Patches and form factors in turn.
@@ -85,6 +90,24 @@ impl StoredRow<'_> {
             .iter()
             .enumerate()
             .map(|(k, &j)| (PatchId(j), self.weights.get(self.start + k)))
+    }
+}
+
+/// Room to add up the entries of a row that belong to one patch.
+#[derive(Debug, Default)]
+pub struct Merger {
+    fixed: Tally<u32>,
+    each: Tally<f64>,
+}
+
+impl Merger {
+    /// Room for so many patches.
+    #[must_use]
+    pub fn new(patches: usize) -> Self {
+        let mut me = Self::default();
+        me.fixed.resize(patches);
+        me.each.resize(patches);
+        me
     }
 }
 

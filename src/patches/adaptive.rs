@@ -13,6 +13,10 @@ pub struct SplitCells {
     split: Vec<bool>,
     /// The node that each node is a part of; whole sides are their own.
     parent: Vec<u32>,
+    /// The node of the cell that is not split in which each patch of the uniform mesh lies.
+    leaf: Vec<u32>,
+    /// Whether each node's cell is not one of the finest.
+    coarse: Vec<bool>,
 }
 
 impl SplitCells {
@@ -20,7 +24,7 @@ impl SplitCells {
     #[must_use]
     pub fn new(finest: Arc<Patches>, start: impl Fn(usize) -> u8) -> Self {
         let mut base = Vec::with_capacity(finest.splits.len());
-        let (mut split, mut parent) = (Vec::new(), Vec::new());
+        let (mut split, mut parent, mut coarse) = (Vec::new(), Vec::new(), Vec::new());
         for (side, s) in finest.splits.iter().enumerate() {
             base.push(split.len() as u32);
             if let Some(level) = s.level() {
@@ -28,6 +32,8 @@ impl SplitCells {
                 let first = split.len() - nodes_below(level + 1) as usize;
                 let given = nodes_below(start(side).min(level)) as usize;
                 split[first..first + given].fill(true);
+                coarse.resize(first + nodes_below(level) as usize, true);
+                coarse.resize(split.len(), false);
                 let cell = finest.side_cell(side);
                 parent.push(first as u32);
                 for l in 1..=level {
@@ -37,7 +43,32 @@ impl SplitCells {
                 }
             }
         }
-        Self { finest, base, split, parent }
+        let leaf = vec![0; finest.len()];
+        let mut me = Self { finest, base, split, parent, leaf, coarse };
+        for cell in me.leaves() {
+            me.mark_leaf(&cell);
+        }
+        me
+    }
+
+    /// The node of the cell that is not split in which each patch of the uniform mesh lies.
+    #[must_use]
+    pub fn leaf_of(&self) -> &[u32] {
+        &self.leaf
+    }
+
+    /// Whether the cell of a node may be split: it is not one of the finest.
+    #[must_use]
+    pub fn is_coarse(&self, node: usize) -> bool {
+        self.coarse[node]
+    }
+
+    fn mark_leaf(&mut self, cell: &Cell) {
+        let node = self.node(cell) as u32;
+        if let Split::Uniform { first, level } = self.finest.split_of(cell.triangle, cell.side) {
+            let leaf = &mut self.leaf;
+            mark(cell, level, &mut |part| leaf[(first + part.index()) as usize] = node);
+        }
     }
 
     /// The uniform mesh.
@@ -77,10 +108,14 @@ impl SplitCells {
         self.finest.split_of(cell.triangle, cell.side).level() > Some(cell.level)
     }
 
-    /// Splits a cell; `false` if it was split before.
+    /// Splits a cell, all of whose ancestors are split; `false` if it was split before.
     pub fn split(&mut self, cell: &Cell) -> bool {
         let node = self.node(cell);
-        !std::mem::replace(&mut self.split[node], true)
+        let new = !std::mem::replace(&mut self.split[node], true);
+        if new {
+            cell.children().iter().for_each(|c| self.mark_leaf(c));
+        }
+        new
     }
 
     /// The finest patch whose centroid is a cell's.

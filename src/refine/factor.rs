@@ -16,7 +16,9 @@ use std::sync::Arc;
 use rayon::prelude::*;
 use thiserror::Error;
 
-use crate::form_factors::{AssembleError, Engine, FormFactors, Row, RowAccount, RowSink, assemble};
+use crate::form_factors::{
+    AssembleError, Engine, FormFactors, Merger, Row, RowAccount, RowSink, assemble,
+};
 use crate::patches::{Cell, PatchId, Patches, SplitCells};
 use crate::progress::Progress;
 use crate::scene::Geometry;
@@ -87,9 +89,9 @@ impl FactorRule {
             let demanded: Vec<Vec<Cell>> = ids
                 .par_chunks(64)
                 .map_init(
-                    || vec![0.0; cells.nodes()],
-                    |sums, ids| {
-                        ids.iter().flat_map(|&i| self.demands(&cells, &rows, i, sums)).collect()
+                    || Room::new(cells.nodes()),
+                    |room, ids| {
+                        ids.iter().flat_map(|&i| self.demands(&cells, &rows, i, room)).collect()
                     },
                 )
                 .collect();
@@ -114,33 +116,39 @@ impl FactorRule {
         cells: &SplitCells,
         rows: &FormFactors,
         i: PatchId,
-        sums: &mut [f64],
+        room: &mut Room,
     ) -> Vec<Cell> {
-        let finest = cells.finest();
         let Some(row) = rows.row(i) else { return Vec::new() };
-        // Columns of one side are neighbours; only a side with more than ε matters.
+        let leaf_of = cells.leaf_of();
+        let (leaves, factors) = row.merged(leaf_of, &mut room.merger);
+        let large: Vec<u32> = (0..)
+            .zip(&leaves)
+            .filter(|&(k, &leaf)| {
+                cells.is_coarse(leaf as usize) && factors.get(k) > self.max_factor
+            })
+            .map(|(_, &leaf)| leaf)
+            .collect();
         let mut wanted = Vec::new();
-        let mut side: Vec<(Cell, f64)> = Vec::new();
-        let mut flush = |side: &mut Vec<(Cell, f64)>| {
-            if side.iter().map(|s| s.1).sum::<f64>() > self.max_factor {
-                self.demands_on_side(cells, side, sums, &mut wanted);
-            }
-            side.clear();
-        };
-        for (j, f) in row.entries() {
-            let cell = finest.cell(j);
-            let other = side
-                .last()
-                .is_some_and(|(c, _)| (c.triangle, c.side) != (cell.triangle, cell.side));
-            if other {
-                flush(&mut side);
-            }
-            side.push((cell, f));
+        if large.is_empty() {
+            return wanted;
         }
-        flush(&mut side);
+        large.iter().for_each(|&leaf| room.large[leaf as usize] = true);
+        let finest = cells.finest();
+        let parts: Vec<(Cell, f64)> = row
+            .entries()
+            .filter(|(j, _)| room.large[leaf_of[j.index()] as usize])
+            .map(|(j, f)| (finest.cell(j), f))
+            .collect();
+        large.iter().for_each(|&leaf| room.large[leaf as usize] = false);
+        let same_side =
+            |a: &(Cell, f64), b: &(Cell, f64)| (a.0.triangle, a.0.side) == (b.0.triangle, b.0.side);
+        for parts in parts.chunk_by(same_side) {
+            self.demands_on_side(cells, parts, &mut room.sums, &mut wanted);
+        }
         wanted
     }
 
+    /// The cells of all levels that the parts of unsplit cells on one side want split.
     fn demands_on_side(
         &self,
         cells: &SplitCells,
@@ -169,6 +177,19 @@ impl FactorRule {
             let large = below.iter().filter(|p| p.2 > self.max_factor);
             wanted.extend(large.map(|p| p.1.ancestor(level)).filter(|c| !cells.is_split(c)));
         }
+    }
+}
+
+/// What it takes to look at a row; numbers and marks a node of [`SplitCells`], all zero in between.
+struct Room {
+    merger: Merger,
+    large: Vec<bool>,
+    sums: Vec<f64>,
+}
+
+impl Room {
+    fn new(nodes: usize) -> Self {
+        Self { merger: Merger::new(nodes), large: vec![false; nodes], sums: vec![0.0; nodes] }
     }
 }
 
@@ -217,10 +238,10 @@ fn merge(
         let merged: Vec<Row> = block
             .par_iter()
             .map_init(
-                || vec![0.0; patches.len()],
-                |sums, &id| {
+                || Merger::new(patches.len()),
+                |merger, &id| {
                     let middle = cells.middle(&patches.cell(id));
-                    merge_row(rows, middle, patch_of, sums)
+                    merge_row(rows, middle, patch_of, merger)
                 },
             )
             .collect();
@@ -229,8 +250,9 @@ fn merge(
     Ok(factors)
 }
 
-fn merge_row(rows: &FormFactors, id: PatchId, patch_of: &[u32], sums: &mut [f64]) -> Row {
+fn merge_row(rows: &FormFactors, id: PatchId, patch_of: &[u32], merger: &mut Merger) -> Row {
     let RowAccount { environment, back, lost } = rows.account(id);
-    let (columns, weights) = rows.row(id).map(|row| row.merged(patch_of, sums)).unwrap_or_default();
+    let (columns, weights) =
+        rows.row(id).map(|row| row.merged(patch_of, merger)).unwrap_or_default();
     Row { columns, weights, environment, back, lost }
 }

@@ -7,6 +7,7 @@ use glam::DVec3;
 use super::{BACK, Hemicube, Scratch};
 use crate::form_factors::delta::ONE;
 use crate::form_factors::rows::{Row, Weights};
+use crate::form_factors::tally::Tally;
 use crate::patches::{PatchId, Patches, Split, side_index};
 use crate::scene::{Side, TriangleId};
 use crate::visibility::{Edges, LANES, NOTHING, each_face};
@@ -14,7 +15,7 @@ use crate::visibility::{Edges, LANES, NOTHING, each_face};
 /// How the patch under a pixel is found where one side of a triangle is seen.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Lookup {
-    /// The first patch of the finest mesh on this side, or a place of the [`Tally`].
+    /// The first patch of the finest mesh on this side, or a place of the tally.
     first: u32,
     /// Strips of the side's grid; 0 if all of it is `first`.
     strips: f32,
@@ -32,97 +33,48 @@ impl Lookup {
                 Self { first, strips, cut }
             }
             Split::None | Split::Adaptive { .. } => {
-                Self { first: Tally::back(finest.len()), strips: 0.0, cut: false }
+                Self { first: back(finest.len()), strips: 0.0, cut: false }
             }
         };
         triangles.iter().flat_map(|&t| Side::BOTH.map(|side| lookup(t, side))).collect()
     }
 }
 
-/// Patches are marked as seen by groups of so many.
-pub(super) const GROUP: usize = 64;
-
-/// Weights of a row, added up patch by patch; behind the patches stand what escapes and what ends
-/// on backs.
-#[derive(Default)]
-pub(super) struct Tally {
-    sums: Vec<u32>,
-    /// Whether something of each [`GROUP`] has been seen.
-    seen: Vec<bool>,
+/// The place in a tally, behind the patches, of what escapes.
+pub(super) fn environment(patches: usize) -> u32 {
+    patches as u32
 }
 
-impl Tally {
-    /// The place of what escapes.
-    pub fn environment(patches: usize) -> u32 {
-        patches as u32
-    }
+/// The place in a tally, behind the patches, of what ends on backs that do not reflect.
+pub(super) fn back(patches: usize) -> u32 {
+    patches as u32 + 1
+}
 
-    /// The place of what ends on backs that do not reflect.
-    pub fn back(patches: usize) -> u32 {
-        patches as u32 + 1
-    }
-
-    pub fn resize(&mut self, patches: usize) {
-        self.seen.resize((patches + 2).div_ceil(GROUP), false);
-        self.sums.resize(self.seen.len() * GROUP, 0);
-    }
-
-    #[inline(always)]
-    fn add(&mut self, place: u32, weight: u32) {
-        self.sums[place as usize] += weight;
-        self.seen[place as usize / GROUP] = true;
-    }
-
-    /// Adds up a row of pixels. Neighbours mostly see one patch, and adding to a sum that was just
-    /// added to is slow: four pixels far apart take turns.
-    #[inline(always)]
-    fn add_all(&mut self, places: &[u32], weights: &[u32]) {
-        let quarter = places.len() / 4;
-        let (p, w) = (&places[..4 * quarter], &weights[..4 * quarter]);
-        for k in 0..quarter {
-            for turn in 0..4 {
-                let at = turn * quarter + k;
-                self.add(p[at], w[at]);
-            }
+/// Adds up a row of pixels. Neighbours mostly see one patch, and adding to a sum that was just
+/// added to is slow: four pixels far apart take turns.
+#[inline(always)]
+fn add_all(tally: &mut Tally<u32>, places: &[u32], weights: &[u32]) {
+    let quarter = places.len() / 4;
+    let (p, w) = (&places[..4 * quarter], &weights[..4 * quarter]);
+    for k in 0..quarter {
+        for turn in 0..4 {
+            let at = turn * quarter + k;
+            tally.add(p[at], w[at]);
         }
-    }
-
-    /// Moves the sums into `row`, patches ascending, and clears them.
-    pub fn write(&mut self, patches: usize, row: &mut Row) {
-        let mut take =
-            |place: u32| f64::from(std::mem::take(&mut self.sums[place as usize])) / f64::from(ONE);
-        row.environment = take(Self::environment(patches));
-        row.back = take(Self::back(patches));
-        row.lost = 0.0;
-        let mut weights = match std::mem::take(&mut row.weights) {
-            Weights::Fixed(w) => w,
-            Weights::Each(_) => Vec::new(),
-        };
-        row.columns.clear();
-        weights.clear();
-        let groups = self.seen.iter_mut().zip(self.sums.as_chunks_mut::<GROUP>().0);
-        for (first, (seen, sums)) in (0_u32..).step_by(GROUP).zip(groups) {
-            if std::mem::take(seen) {
-                compact(sums, first, &mut weights, &mut row.columns);
-                sums.fill(0);
-            }
-        }
-        row.weights = Weights::Fixed(weights);
     }
 }
 
-/// Appends the numbers of `values` that are not zero to `kept`, and their places, counted from
-/// `first`, to `places`.
-fn compact(values: &[u32; GROUP], first: u32, kept: &mut Vec<u32>, places: &mut Vec<u32>) {
-    let (mut v, mut p, mut count) = ([0; GROUP], [0; GROUP], 0);
-    // Without a branch a number: which are zero cannot be foretold.
-    for (place, &value) in (first..).zip(values) {
-        v[count % GROUP] = value;
-        p[count % GROUP] = place;
-        count += usize::from(value != 0);
-    }
-    kept.extend_from_slice(&v[..count]);
-    places.extend_from_slice(&p[..count]);
+/// Moves the sums into `row` and clears them.
+pub(super) fn write(tally: &mut Tally<u32>, patches: usize, row: &mut Row) {
+    let mut share = |place: u32| f64::from(tally.take(place)) / f64::from(ONE);
+    (row.environment, row.back, row.lost) =
+        (share(environment(patches)), share(back(patches)), 0.0);
+    let mut weights = match std::mem::take(&mut row.weights) {
+        Weights::Fixed(w) => w,
+        Weights::Each(_) => Vec::new(),
+    };
+    tally.write(&mut row.columns, &mut weights);
+    row.weights = Weights::Fixed(weights);
 }
 
 /// Sums the weights of each patch in item buffers of patches.
@@ -136,8 +88,8 @@ pub(super) fn count_patches(engine: &Hemicube<'_>, s: &mut Scratch) {
         for ((items, weights), &y) in rows.zip(face.y()) {
             for ((&item, &weight), &x) in items.iter().zip(weights).zip(face.x()) {
                 let place = match item {
-                    NOTHING => Tally::environment(n),
-                    BACK => Tally::back(n),
+                    NOTHING => environment(n),
+                    BACK => back(n),
                     patch => part_of::<F>(engine, &s.edges, patch, [x, y]),
                 };
                 s.tally.add(place, weight);
@@ -181,7 +133,7 @@ pub(super) fn count_sources(engine: &Hemicube<'_>, s: &mut Scratch) {
                     *place = patch_of[*place as usize];
                 }
             }
-            s.tally.add_all(&places, weights);
+            add_all(&mut s.tally, &places, weights);
         }
     });
     s.places = places;
@@ -225,7 +177,7 @@ fn of_item<const F: usize>(
     y: f32,
 ) -> [u32; LANES] {
     if item == NOTHING {
-        return [Tally::environment(engine.finest.len()); LANES];
+        return [environment(engine.finest.len()); LANES];
     }
     let Lookup { first, strips, cut } = engine.lookups[item as usize];
     if strips == 0.0 {
