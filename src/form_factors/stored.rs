@@ -50,34 +50,22 @@ pub struct StoredRow<'a> {
 }
 
 impl StoredRow<'_> {
-    /// Adds the row up patch by patch in `merger`, `patch_of` each column. Fixed-point sums are
-    /// exact.
-    fn merge(&self, patch_of: &[u32], merger: &mut Merger) {
-        let at = self.start..self.start + self.columns.len();
-        match self.weights {
-            Weights::Fixed(w) => {
-                for (&j, &w) in self.columns.iter().zip(&w[at]) {
-                    merger.fixed.add(patch_of[j as usize], w);
-                }
-            }
-            Weights::Each(w) => {
-                for (&j, &w) in self.columns.iter().zip(&w[at]) {
-                    merger.each.add(patch_of[j as usize], f64::from(w));
-                }
-            }
-        }
-    }
-
-    /// The row with the columns that are parts of one patch added up, `patch_of` each column.
+    /// The row with the columns that are parts of one patch added up: `patch_of` each column, or
+    /// `u32::MAX` to leave it out. Fixed-point sums are exact.
     pub fn merged(&self, patch_of: &[u32], merger: &mut Merger) -> (Vec<u32>, Weights) {
-        self.merge(patch_of, merger);
+        let at = self.start..self.start + self.columns.len();
+        let patches = self.columns.iter().map(|&j| patch_of[j as usize]);
         let (mut columns, mut fixed, mut each) = (Vec::new(), Vec::new(), Vec::new());
         match self.weights {
-            Weights::Fixed(_) => {
+            Weights::Fixed(w) => {
+                let entries = patches.zip(&w[at]).filter(|e| e.0 != u32::MAX);
+                entries.for_each(|(patch, &w)| merger.fixed.add(patch, w));
                 merger.fixed.write(&mut columns, &mut fixed);
                 (columns, Weights::Fixed(fixed))
             }
-            Weights::Each(_) => {
+            Weights::Each(w) => {
+                let entries = patches.zip(&w[at]).filter(|e| e.0 != u32::MAX);
+                entries.for_each(|(patch, &w)| merger.each.add(patch, f64::from(w)));
                 merger.each.write(&mut columns, &mut each);
                 (columns, Weights::Each(each.into_iter().map(|w| w as f32).collect()))
             }

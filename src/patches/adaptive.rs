@@ -13,18 +13,20 @@ pub struct SplitCells {
     split: Vec<bool>,
     /// The node that each node is a part of; whole sides are their own.
     parent: Vec<u32>,
-    /// The node of the cell that is not split in which each patch of the uniform mesh lies.
+    /// The node of the cell that might be split in which each patch of the uniform mesh lies, or
+    /// [`NONE`].
     leaf: Vec<u32>,
-    /// Whether each node's cell is not one of the finest.
-    coarse: Vec<bool>,
 }
+
+/// No patch or node.
+const NONE: u32 = u32::MAX;
 
 impl SplitCells {
     /// Splits every cell below level `start(side)` of a uniform mesh.
     #[must_use]
     pub fn new(finest: Arc<Patches>, start: impl Fn(usize) -> u8) -> Self {
         let mut base = Vec::with_capacity(finest.splits.len());
-        let (mut split, mut parent, mut coarse) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut split, mut parent) = (Vec::new(), Vec::new());
         for (side, s) in finest.splits.iter().enumerate() {
             base.push(split.len() as u32);
             if let Some(level) = s.level() {
@@ -32,8 +34,6 @@ impl SplitCells {
                 let first = split.len() - nodes_below(level + 1) as usize;
                 let given = nodes_below(start(side).min(level)) as usize;
                 split[first..first + given].fill(true);
-                coarse.resize(first + nodes_below(level) as usize, true);
-                coarse.resize(split.len(), false);
                 let cell = finest.side_cell(side);
                 parent.push(first as u32);
                 for l in 1..=level {
@@ -43,28 +43,23 @@ impl SplitCells {
                 }
             }
         }
-        let leaf = vec![0; finest.len()];
-        let mut me = Self { finest, base, split, parent, leaf, coarse };
+        let leaf = vec![NONE; finest.len()];
+        let mut me = Self { finest, base, split, parent, leaf };
         for cell in me.leaves() {
             me.mark_leaf(&cell);
         }
         me
     }
 
-    /// The node of the cell that is not split in which each patch of the uniform mesh lies.
+    /// The node of the cell that might be split in which each patch of the uniform mesh lies;
+    /// `u32::MAX` if that patch is a cell of its own.
     #[must_use]
     pub fn leaf_of(&self) -> &[u32] {
         &self.leaf
     }
 
-    /// Whether the cell of a node may be split: it is not one of the finest.
-    #[must_use]
-    pub fn is_coarse(&self, node: usize) -> bool {
-        self.coarse[node]
-    }
-
     fn mark_leaf(&mut self, cell: &Cell) {
-        let node = self.node(cell) as u32;
+        let node = if self.may_split(cell) { self.node(cell) as u32 } else { NONE };
         if let Split::Uniform { first, level } = self.finest.split_of(cell.triangle, cell.side) {
             let leaf = &mut self.leaf;
             mark(cell, level, &mut |part| leaf[(first + part.index()) as usize] = node);

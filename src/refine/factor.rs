@@ -123,9 +123,7 @@ impl FactorRule {
         let (leaves, factors) = row.merged(leaf_of, &mut room.merger);
         let large: Vec<u32> = (0..)
             .zip(&leaves)
-            .filter(|&(k, &leaf)| {
-                cells.is_coarse(leaf as usize) && factors.get(k) > self.max_factor
-            })
+            .filter(|&(k, _)| factors.get(k) > self.max_factor)
             .map(|(_, &leaf)| leaf)
             .collect();
         let mut wanted = Vec::new();
@@ -136,7 +134,7 @@ impl FactorRule {
         let finest = cells.finest();
         let parts: Vec<(Cell, f64)> = row
             .entries()
-            .filter(|(j, _)| room.large[leaf_of[j.index()] as usize])
+            .filter(|(j, _)| room.large.get(leaf_of[j.index()] as usize).is_some_and(|l| *l))
             .map(|(j, f)| (finest.cell(j), f))
             .collect();
         large.iter().for_each(|&leaf| room.large[leaf as usize] = false);
