@@ -19,7 +19,7 @@ use hemicube::reconstruct::Field;
 use hemicube::render::{PictureOptions, Renderer, viewpoint};
 use hemicube::scene::builtin::Mesh;
 use hemicube::scene::{
-    Geometry, ImportOptions, Material, Rgb, Scene, SceneBuilder, Sides, Surface, inspect, load,
+    ImportOptions, Material, Rgb, Scene, SceneBuilder, Sides, Surface, inspect, load,
 };
 use hemicube::visibility::{Occluders, uncover};
 
@@ -43,8 +43,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("  {} patches, {} of them clusters", patches.len(), clusters(&patches));
     stages(&scene, patches)?;
     if let Some(path) = obj {
-        std::fs::write(&path, wavefront(g)?)?;
-        timed("scene: load OBJ", || load(Path::new(&path), &ImportOptions::default()))?;
+        let path = Path::new(&path);
+        std::fs::write(path, wavefront(&scene, path)?)?;
+        std::fs::write(path.with_extension("mtl"), materials(&scene)?)?;
+        timed("scene: load OBJ", || load(path, &ImportOptions::default()))?;
     }
     Ok(())
 }
@@ -106,13 +108,33 @@ fn room(triangles: u32) -> Scene {
     b.finish()
 }
 
-fn wavefront(g: &Geometry) -> Result<String, std::fmt::Error> {
-    let mut text = String::new();
+fn wavefront(scene: &Scene, path: &Path) -> Result<String, Box<dyn Error>> {
+    let g = &scene.geometry;
+    let library = path.with_extension("mtl");
+    let library = library.file_name().and_then(|n| n.to_str()).ok_or("no name")?;
+    let mut text = format!("mtllib {library}\n");
     for v in &g.vertices {
         writeln!(text, "v {} {} {}", v.x as f32, v.y as f32, v.z as f32)?;
     }
-    for t in &g.triangles {
+    let mut last = "";
+    for (id, t) in g.ids().zip(&g.triangles) {
+        let material = scene.optics.material(id).name.as_str();
+        if material != last {
+            writeln!(text, "usemtl {material}")?;
+            last = material;
+        }
         writeln!(text, "f {} {} {}", t[0] + 1, t[1] + 1, t[2] + 1)?;
+    }
+    Ok(text)
+}
+
+fn materials(scene: &Scene) -> Result<String, std::fmt::Error> {
+    let mut text = String::new();
+    for m in &scene.optics.materials {
+        let (rho, radiance) = (m.reflectance, m.radiance);
+        writeln!(text, "newmtl {}", m.name)?;
+        writeln!(text, "Kd {} {} {}", rho.x, rho.y, rho.z)?;
+        writeln!(text, "Ke {} {} {}", radiance.x, radiance.y, radiance.z)?;
     }
     Ok(text)
 }

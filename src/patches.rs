@@ -298,6 +298,37 @@ impl Patches {
         low
     }
 
+    /// How many patches [`clustered`](Self::clustered) makes of flat surfaces, about; bends and many
+    /// small parts add to it.
+    #[must_use]
+    pub fn clustered_count(geometry: &Geometry, max_area: f64) -> f64 {
+        exchanging_areas(geometry)
+            .map(|area| match level_for(area, max_area) {
+                0 => area / (clustered::FILL * max_area),
+                level => f64::from(2 * u32::from(level.min(20))).exp2(),
+            })
+            .sum()
+    }
+
+    /// The largest area (m²) for which [`clustered_count`](Self::clustered_count) is at least `count`.
+    #[must_use]
+    pub fn clustered_area(geometry: &Geometry, count: f64) -> f64 {
+        let total: f64 = exchanging_areas(geometry).sum();
+        if total <= 0.0 {
+            return 1.0;
+        }
+        let (mut low, mut high) = (total * 1e-12, total);
+        for _ in 0..40 {
+            let middle = (low * high).sqrt();
+            if Self::clustered_count(geometry, middle) >= count {
+                low = middle
+            } else {
+                high = middle
+            }
+        }
+        low
+    }
+
     /// Number of patches.
     #[must_use]
     pub fn len(&self) -> usize {
@@ -517,6 +548,14 @@ pub(crate) fn level_for(area: f64, max_area: f64) -> u8 {
         level += 1;
     }
     level
+}
+
+/// Area of each side that exchanges light, m².
+fn exchanging_areas(geometry: &Geometry) -> impl Iterator<Item = f64> + '_ {
+    geometry.ids().filter(|&t| geometry.is_solid(t)).flat_map(move |t| {
+        let area = geometry.area(t);
+        Side::BOTH.into_iter().filter(move |&s| geometry.exchanges(t, s)).map(move |_| area)
+    })
 }
 
 fn uniform_levels(geometry: &Geometry, max_area: f64) -> Result<Vec<u8>, PatchesError> {

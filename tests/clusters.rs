@@ -3,12 +3,17 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
 use glam::{DVec2, DVec3};
-use hemicube::form_factors::{Draw, Engine, Hemicube, HemicubeOptions, Row};
+use hemicube::form_factors::{Draw, Engine, EngineError, Hemicube, HemicubeOptions, Row};
 use hemicube::patches::{MAX_ANGLE, MAX_DIAMETER, PatchId, Patches, SurfacePoint};
+use hemicube::progress::Silent;
+use hemicube::reconstruct::Field;
+use hemicube::refine::factor::RefineError;
 use hemicube::scene::builtin::Mesh;
 use hemicube::scene::{
     Geometry, Material, Part, Rgb, Scene, SceneBuilder, Side, Sides, Surface, TriangleId,
 };
+use hemicube::solution::{Adaptive, Clustering, EngineOptions, LightError, LightOptions, light};
+use hemicube::solve::SolveOptions;
 
 /// Meshes without shared vertices, each a surface of its own.
 fn scene(meshes: &[Mesh], sides: Sides) -> Scene {
@@ -217,4 +222,61 @@ fn the_number_of_threads_changes_nothing() {
     let (one, three) = (with(1), with(3));
     assert_eq!(one.splits(), three.splits());
     assert!(one.ids().all(|i| one.cell(i) == three.cell(i) && one.area(i) == three.area(i)));
+}
+
+#[test]
+fn a_glowing_closed_room_of_clusters_has_the_exact_answer() {
+    let room = Mesh::cuboid(DVec3::splat(2.0), [10; 3]).inverted();
+    let ball = Mesh::geodesic(0.4, 8).at(0.1, 0.9, -0.2);
+    let mut scene = scene(&[room, ball], Sides::One);
+    let rho = Rgb::new(0.3, 0.5, 0.8);
+    for i in 0..scene.geometry.len() {
+        scene.optics.reflectance[i] = rho;
+    }
+    let mut options = LightOptions {
+        patch_size: Some(0.1),
+        cluster: Clustering::On,
+        adaptive: None,
+        engine: EngineOptions::Hemicube(HemicubeOptions { resolution: 64, draw: Draw::Sources }),
+        solve: SolveOptions::default(),
+        memory: 1 << 30,
+    };
+    let solution = light(&scene, &options, &Silent).unwrap();
+    assert!(solution.report.clusters > 100);
+    let exact = std::f64::consts::PI / (Rgb::ONE - rho);
+    let field = solution.field(&scene);
+    for t in scene.geometry.ids() {
+        let p = SurfacePoint { triangle: t, side: Side::Front, uv: DVec2::new(0.3, 0.3) };
+        assert!((field.at(p) / exact - 1.0).abs().max_element() < 1e-5);
+    }
+    // Neither few triangles nor those who cannot use clusters get them.
+    options.cluster = Clustering::Auto;
+    assert_eq!(light(&scene, &options, &Silent).unwrap().report.clusters, 0);
+    options.cluster = Clustering::On;
+    options.engine = EngineOptions::Classical;
+    assert!(matches!(
+        light(&scene, &options, &Silent),
+        Err(LightError::Engine(EngineError::Clusters("classical")))
+    ));
+    options.adaptive = Some(Adaptive { max_factor: 0.01, min_area: 0.1 });
+    options.engine = EngineOptions::Hemicube(HemicubeOptions::default());
+    assert!(matches!(
+        light(&scene, &options, &Silent),
+        Err(LightError::Refine(RefineError::Clusters))
+    ));
+}
+
+#[test]
+fn the_field_of_clusters_follows_a_gradient_within_them() {
+    let g = scene(&[square(64)], Sides::One).geometry;
+    let p = Patches::clustered(&g, 0.02, &[]).unwrap();
+    let value = |x: DVec3| Rgb::splat(5.0 + 3.0 * x.x - 2.0 * x.z);
+    let irradiance: Vec<Rgb> = p.ids().map(|i| value(p.center(i).position(&g))).collect();
+    let field = Field::new(&g, &p, &irradiance, |_| true);
+    for t in g.ids() {
+        let at = SurfacePoint { triangle: t, side: Side::Front, uv: DVec2::new(0.3, 0.4) };
+        let exact = value(at.position(&g)).x;
+        let off = (field.at(at).x - exact).abs();
+        assert!(off < 0.08, "{off} at {}", at.position(&g));
+    }
 }

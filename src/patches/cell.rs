@@ -42,7 +42,7 @@ impl Cell {
     }
 
     /// The same cell of another source triangle.
-    pub(super) fn on(&self, triangle: TriangleId) -> Self {
+    pub(crate) fn on(&self, triangle: TriangleId) -> Self {
         Self { triangle, ..*self }
     }
 

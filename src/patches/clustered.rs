@@ -32,7 +32,7 @@ pub const MAX_ANGLE: f64 = 15.0 * std::f64::consts::PI / 180.0;
 pub const MAX_DIAMETER: f64 = 2.5;
 
 /// Share of the largest area that is aimed at, so that few parts must be cut once more.
-const FILL: f64 = 0.9;
+pub(super) const FILL: f64 = 0.9;
 
 /// A part takes at least one triangle in so many, so that the depth of cuts stays logarithmic.
 const SMALLEST_PART: usize = 8;
@@ -40,6 +40,9 @@ const SMALLEST_PART: usize = 8;
 /// Another direction than the axes of the scene must be better by this factor: cuts then run along
 /// the axes in rooms that do.
 const OBLIQUE: f64 = 1.3;
+
+/// Length over width from which a third of a part is compact.
+const SLENDER: f64 = 1.6;
 
 /// Clusters below this share of the largest area try to join a neighbour.
 const REMNANT: f64 = 0.4;
@@ -258,14 +261,14 @@ impl Region {
             found.push(order.len() as u32);
             return;
         }
-        let direction = self.direction(order, &shape, fit);
+        let (direction, slender) = self.direction(order, &shape, fit);
         let mut keys: Vec<(f64, u32)> =
             order.iter().map(|&i| (self.facets[i as usize].centroid.dot(direction), i)).collect();
         keys.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         for (i, key) in order.iter_mut().zip(&keys) {
             *i = key.1;
         }
-        let middle = self.middle(order, &shape);
+        let middle = self.middle(order, &shape, slender);
         let (a, b) = order.split_at_mut(middle);
         let second = start + middle as u32;
         for &i in &*b {
@@ -284,8 +287,12 @@ impl Region {
 
     /// Where the ordered facets of a part are cut: so that whole numbers of patches fit on both
     /// sides.
-    fn middle(&self, order: &[u32], shape: &Shape) -> usize {
-        let patches = (shape.area / (FILL * self.max_area)).ceil().max(2.0);
+    fn middle(&self, order: &[u32], shape: &Shape, slender: bool) -> usize {
+        let patches = match (shape.area / (FILL * self.max_area)).ceil().max(2.0) {
+            // A third of a square is no compact patch: rather four quarters.
+            3.0 if !slender => 4.0,
+            patches => patches,
+        };
         let target = shape.area * (0.5 * patches).floor() / patches;
         let mut sum = 0.0;
         let middle = order.iter().position(|&i| {
@@ -346,8 +353,9 @@ impl Region {
     }
 
     /// The direction that a part is cut across: that of its largest extent if it is too large, and
-    /// that along which normals turn most if it is too curved.
-    fn direction(&self, order: &[u32], shape: &Shape, fit: Fit) -> DVec3 {
+    /// that along which normals turn most if it is too curved. Also whether the part is slender that
+    /// way.
+    fn direction(&self, order: &[u32], shape: &Shape, fit: Fit) -> (DVec3, bool) {
         let mean = self.facets_of(order).map(|f| f.normal * f.area).sum::<DVec3>() / shape.area;
         let (mut spread, mut turn) = (DMat3::ZERO, DMat3::ZERO);
         for f in self.facets_of(order) {
@@ -384,7 +392,8 @@ impl Region {
                 best = (d, score);
             }
         }
-        best.0
+        let [extent, width] = [best.0, across].map(|d| d.dot(spread * d));
+        (best.0, extent > SLENDER * SLENDER * width)
     }
 }
 
