@@ -27,20 +27,25 @@ pub(super) struct Neighbours {
 impl Neighbours {
     pub fn new(geometry: &Geometry, patches: &Patches, incidence: &Incidence, len: usize) -> Self {
         let mut pairs: Vec<(PatchId, PatchId)> = Vec::new();
+        let mut most = 2 * len;
         for v in 0..len {
             let around = incidence.around(v);
             for (k, &a) in around.iter().enumerate() {
                 pairs.extend(around[k + 1..].iter().map(|&b| (a.min(b), a.max(b))));
             }
-            // Most pairs meet at two vertices one after the other.
-            if pairs.len() > 2 * len {
+            // Neighbours meet at many vertices.
+            if pairs.len() > most {
                 pairs.par_sort_unstable();
                 pairs.dedup();
+                most = most.max(2 * pairs.len());
             }
         }
         pairs.par_sort_unstable();
         pairs.dedup();
-        pairs.retain(|&(a, b)| patches.see_each_other(geometry, a, b));
+        let pairs: Vec<_> = pairs
+            .into_par_iter()
+            .filter(|&(a, b)| patches.see_each_other(geometry, a, b))
+            .collect();
         let mut starts = vec![1_u32; patches.len() + 1];
         starts[0] = 0;
         for (a, b) in &pairs {
