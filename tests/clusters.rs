@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
 use glam::{DVec2, DVec3};
+use hemicube::direct::{from_lamps, reflectance};
 use hemicube::form_factors::{Draw, Engine, EngineError, Hemicube, HemicubeOptions, Row};
 use hemicube::patches::{MAX_ANGLE, MAX_DIAMETER, PatchId, Patches, SurfacePoint};
 use hemicube::progress::Silent;
@@ -10,7 +11,7 @@ use hemicube::reconstruct::Field;
 use hemicube::refine::factor::RefineError;
 use hemicube::scene::builtin::Mesh;
 use hemicube::scene::{
-    Geometry, Material, Part, Rgb, Scene, SceneBuilder, Side, Sides, Surface, TriangleId,
+    Geometry, Lamp, Material, Part, Rgb, Scene, SceneBuilder, Side, Sides, Surface, TriangleId,
 };
 use hemicube::solution::{Adaptive, Clustering, EngineOptions, LightError, LightOptions, light};
 use hemicube::solve::SolveOptions;
@@ -279,4 +280,89 @@ fn the_field_of_clusters_follows_a_gradient_within_them() {
         let off = (field.at(at).x - exact).abs();
         assert!(off < 0.08, "{off} at {}", at.position(&g));
     }
+}
+
+#[test]
+fn a_wall_across_clusters_leaves_the_dark_room_dark() {
+    // Along the edges of the floor's triangles; and across them, where the triangles that the wall
+    // cuts stay alone and keep one value each, which shines faintly into the dark room.
+    for (x, width, leak) in [(0.5, 0.0, 0.0), (0.47, 0.1, 3e-2)] {
+        let room = Mesh::cuboid(DVec3::new(3.0, 1.0, 1.0), [30, 10, 10]).inverted();
+        let corners = [(0.0, -0.5), (1.0, -0.5), (1.0, 0.5), (0.0, 0.5)];
+        let wall = corners.map(|(y, z)| DVec3::new(x, y, z)).to_vec();
+        let wall = Mesh::from_quads(wall, &[[0, 1, 2, 3]]);
+        let mut scene = scene(&[room, wall], Sides::Two);
+        let centroid = |g: &Geometry, t: TriangleId| g.corners(t).iter().sum::<DVec3>() / 3.0;
+        for t in scene.geometry.ids() {
+            let lamp = centroid(&scene.geometry, t).x < -1.499;
+            scene.optics.emission[t.index()] = if lamp { Rgb::ONE } else { Rgb::ZERO };
+        }
+        let options = LightOptions {
+            patch_size: Some(0.03),
+            cluster: Clustering::On,
+            adaptive: None,
+            engine: EngineOptions::Hemicube(HemicubeOptions {
+                resolution: 64,
+                draw: Draw::Sources,
+            }),
+            solve: SolveOptions::default(),
+            memory: 1 << 30,
+        };
+        let solution = light(&scene, &options, &Silent).unwrap();
+        assert!(solution.report.clusters > 100);
+        let field = solution.field(&scene);
+        let g = &scene.geometry;
+        let (mut dark, mut lit) = (0, 0);
+        for t in g.ids() {
+            for uv in [[0.1, 0.1], [0.8, 0.1], [0.1, 0.8], [0.3, 0.3]].map(DVec2::from_array) {
+                let p = SurfacePoint { triangle: t, side: Side::Front, uv };
+                let h = field.at(p).x;
+                match p.position(g).x - x {
+                    d if d > 1e-6 + width => {
+                        assert!(h <= leak, "{h} leaks to {}", p.position(g));
+                        dark += 1;
+                    }
+                    d if d < -1e-6 => {
+                        assert!(h > 0.0, "shade leaks to {}", p.position(g));
+                        lit += 1;
+                    }
+                    _ => {}
+                }
+            }
+        }
+        assert!(dark > 1000 && lit > 1000);
+    }
+}
+
+#[test]
+fn lamps_shine_on_the_whole_of_a_cluster() {
+    let mut scene = scene(&[square(48)], Sides::One);
+    scene.lamps.push(Lamp::Point {
+        name: "lamp".into(),
+        position: DVec3::new(0.5, 0.5, -0.5),
+        intensity: Rgb::ONE,
+    });
+    let g = &scene.geometry;
+    let flux = |p: &Patches| {
+        let direct = from_lamps(&scene, p);
+        p.ids().map(|i| direct[i.index()].x * p.area(i)).sum::<f64>()
+    };
+    let fine = flux(&Patches::uniform(g, 1e-4).unwrap());
+    let coarse = flux(&Patches::clustered(g, 0.05, &[]).unwrap());
+    assert!((coarse / fine - 1.0).abs() < 0.01, "{coarse} {fine}");
+}
+
+#[test]
+fn optics_of_a_cluster_are_means_by_area() {
+    let mut scene = scene(&[square(16)], Sides::One);
+    let g = &scene.geometry;
+    for t in g.ids() {
+        let rho = g.corners(t)[0].x.min(0.9);
+        scene.optics.reflectance[t.index()] = Rgb::splat(rho);
+    }
+    let p = Patches::clustered(g, 0.1, &[]).unwrap();
+    let rho = reflectance(&scene.optics, &p);
+    let by_patch: f64 = p.ids().map(|i| rho[i.index()].x * p.area(i)).sum();
+    let exact: f64 = g.ids().map(|t| scene.optics.reflectance[t.index()].x * g.area(t)).sum();
+    assert!((by_patch / exact - 1.0).abs() < 1e-12);
 }
