@@ -13,7 +13,7 @@ use hemicube::form_factors::HemicubeOptions;
 use hemicube::patches::SurfacePoint;
 use hemicube::progress::Silent;
 use hemicube::scene::{Geometry, ImportOptions, Side, load, luminance};
-use hemicube::solution::{EngineOptions, LightOptions, light};
+use hemicube::solution::{Clustering, EngineOptions, LightOptions, light};
 use hemicube::solve::SolveOptions;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -26,6 +26,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let resolution = rest.get(1).map_or(Ok(128), |r| r.parse())?;
     let options = LightOptions {
         patch_size,
+        cluster: Clustering::Off,
         adaptive: None,
         engine: EngineOptions::Hemicube(HemicubeOptions {
             resolution,

@@ -3,30 +3,39 @@
 
 use std::f64::consts::PI;
 
-use glam::{DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec3};
 use rayon::prelude::*;
 
 use crate::form_factors::FormFactors;
-use crate::patches::{PatchId, Patches};
-use crate::scene::{Lamp, Optics, Rgb, Scene};
+use crate::patches::{PatchId, Patches, SurfacePoint};
+use crate::scene::{Lamp, Optics, Rgb, Scene, Side, TriangleId};
 use crate::visibility::{Blockers, Sight};
 
-/// Reflectance ρ of each patch, 0..1: its source triangle's.
+/// Reflectance ρ of each patch, 0..1: its source triangle's; of a cluster the mean by area.
 #[must_use]
 pub fn reflectance(optics: &Optics, patches: &Patches) -> Vec<Rgb> {
-    patches.ids().map(|i| optics.reflectance[patches.cell(i).triangle.index()]).collect()
+    mean(patches, |t, _| optics.reflectance[t.index()])
 }
 
-/// Emission E (self-emitted exitance, W/m² or lm/m²) of each patch: its source triangle side's.
+/// Emission E (self-emitted exitance, W/m² or lm/m²) of each patch: its source triangle side's; of
+/// a cluster the mean by area.
 #[must_use]
 pub fn emission(optics: &Optics, patches: &Patches) -> Vec<Rgb> {
-    patches
-        .ids()
-        .map(|i| {
-            let cell = patches.cell(i);
-            optics.emission(cell.triangle, cell.side)
-        })
-        .collect()
+    mean(patches, |t, side| optics.emission(t, side))
+}
+
+/// The mean over each patch of what its source triangles' sides have.
+fn mean(patches: &Patches, value: impl Fn(TriangleId, Side) -> Rgb) -> Vec<Rgb> {
+    let of = |id: PatchId| {
+        let cell = patches.cell(id);
+        let first = value(cell.triangle, cell.side);
+        // Exact where all are alike, as nearly always.
+        if patches.members(id).iter().all(|&t| value(t, cell.side) == first) {
+            return first;
+        }
+        patches.shares(id).map(|(t, share)| value(t, cell.side) * share).sum()
+    };
+    patches.ids().map(of).collect()
 }
 
 /// Direct irradiance of each patch (W/m² or lx) through its stored row:
@@ -47,13 +56,28 @@ pub fn through_rows(factors: &FormFactors, emission: &[Rgb], sky: Rgb) -> Vec<Rg
         .collect()
 }
 
-/// Points of a patch that lamps shine on: the centroids of its four parts.
-fn points_of(scene: &Scene, patches: &Patches, id: PatchId) -> [DVec3; 4] {
-    let third = DVec3::splat(1.0 / 3.0);
-    patches.cell(id).children().map(|part| part.point(third).position(&scene.geometry))
+/// Points of a cluster that lamps shine on.
+const CLUSTER_POINTS: usize = 16;
+
+/// Points of a patch that lamps shine on: the centroids of its four parts, or points spread evenly
+/// over a cluster.
+fn points_of(patches: &Patches, id: PatchId, points: &mut Vec<SurfacePoint>) {
+    points.clear();
+    if !patches.is_cluster(id) {
+        let third = DVec3::splat(1.0 / 3.0);
+        points.extend(patches.cell(id).children().map(|part| part.point(third)));
+        return;
+    }
+    /// The fractional part of the golden ratio: multiples of it fill the unit interval evenly.
+    const GOLDEN: f64 = 0.618_033_988_749_894_9;
+    points.extend((0..CLUSTER_POINTS).map(|k| {
+        let k = k as f64 + 0.5;
+        patches.sample(id, DVec2::new(k / CLUSTER_POINTS as f64, (k * GOLDEN).fract()))
+    }));
 }
 
-/// Irradiance of each patch from lamps (W/m² or lx), the mean over four points of it, with shadows.
+/// Irradiance of each patch from lamps (W/m² or lx), the mean over four points of it (16 of a cluster),
+/// with shadows.
 ///
 /// ```text
 /// H = I(ω) cos θ / r²        point and spot lamps
@@ -83,27 +107,28 @@ pub fn from_lamps(scene: &Scene, patches: &Patches) -> Vec<Rgb> {
                 blockers.look(blockers.local(position), &mut sight);
             }
             let mut lit: Vec<(usize, Vec3, Rgb)> = Vec::new();
-            let mut shadowed = Vec::new();
+            let (mut shadowed, mut points) = (Vec::new(), Vec::new());
             for (k, direct) in direct.iter_mut().enumerate() {
                 let id = PatchId((block * 256 + k) as u32);
-                let cell = patches.cell(id);
-                let normal = g.normal(cell.triangle, cell.side);
-                for point in points_of(scene, patches, id) {
+                points_of(patches, id, &mut points);
+                let share = 1.0 / points.len() as f64;
+                for p in &points {
+                    let (point, normal) = (p.position(g), g.normal(p.triangle, p.side));
                     let (irradiance, towards) = unshadowed(lamp, point, normal);
                     if irradiance == Rgb::ZERO {
                         continue;
                     }
                     if position.is_some() {
-                        lit.push((k, blockers.local(point), irradiance));
+                        lit.push((k, blockers.local(point), irradiance * share));
                     } else if !blockers.blocks(point, point + towards * far) {
-                        *direct += irradiance / 4.0;
+                        *direct += irradiance * share;
                     }
                 }
             }
             let ends: Vec<Vec3> = lit.iter().map(|l| l.1).collect();
             blockers.blocked(&sight, &ends, &mut shadowed);
             for ((k, _, irradiance), _) in lit.iter().zip(&shadowed).filter(|(_, s)| !**s) {
-                direct[*k] += *irradiance / 4.0;
+                direct[*k] += *irradiance;
             }
         });
     }

@@ -8,10 +8,14 @@
 //!
 //! Ids are consecutive: the fronts of all source triangles in file order, then the backs. Within
 //! one uniformly split side the id follows from the barycentric coordinates in O(1).
+//!
+//! Where source triangles are smaller than one wants patches, a patch may be a cluster of several
+//! whole ones ([`Patches::clustered`]); each of its members then looks up to the same id.
 
 mod adaptive;
 mod box_tree;
 mod cell;
+mod clustered;
 mod contact;
 mod cut;
 
@@ -24,6 +28,8 @@ use std::sync::Arc;
 pub use adaptive::SplitCells;
 pub(crate) use box_tree::BoxTree;
 pub use cell::Cell;
+use clustered::Members;
+pub use clustered::{MAX_ANGLE, MAX_DIAMETER};
 use contact::{ContactLines, Plane};
 use cut::Cuts;
 
@@ -99,7 +105,8 @@ pub const MAX_LEVEL: u8 = 14;
 pub enum Split {
     /// It has no patch: a back that does not reflect, or a triangle that takes no part.
     None,
-    /// A uniform grid of `4^level` patches that begins at `first`.
+    /// A uniform grid of `4^level` patches that begins at `first`; all members of a cluster have the
+    /// same `first` and level 0.
     Uniform {
         /// Id of the first patch.
         first: u32,
@@ -137,6 +144,8 @@ pub struct Patches {
     cells: Vec<Cell>,
     /// Area of each patch, m².
     areas: Vec<f64>,
+    /// The source triangles of patches that are clusters.
+    members: Members,
     contacts: Arc<ContactLines>,
     cuts: Cuts,
     /// Points that stand for their patch where the centroid is covered.
@@ -158,28 +167,108 @@ impl Patches {
     /// (m²): the paper's uniform subdivision.
     pub fn uniform(geometry: &Geometry, max_area: f64) -> Result<Self, PatchesError> {
         let levels = uniform_levels(geometry, max_area)?;
+        let contacts = ContactLines::find(geometry);
+        Ok(Self::build(geometry, &levels, contacts, &[]))
+    }
+
+    /// Splits source triangles larger than `max_area` (m²) like [`uniform`](Self::uniform), and joins
+    /// smaller ones: connected triangles of the same `label` (an opaque number a triangle; none for
+    /// those beyond its end) and sidedness become one patch, a cluster, while
+    ///
+    /// - its area is at most `max_area`,
+    /// - the normals of its members differ from their mean by at most [`MAX_ANGLE`],
+    /// - its extent is at most [`MAX_DIAMETER`] `√max_area`.
+    ///
+    /// Triangles that something stands on or passes through stay patches of their own, and no cluster
+    /// crosses an edge on which something stands.
+    pub fn clustered(
+        geometry: &Geometry,
+        max_area: f64,
+        label: &[u32],
+    ) -> Result<Self, PatchesError> {
+        let levels = uniform_levels(geometry, max_area)?;
+        let contacts = ContactLines::find(geometry);
+        let whole = |t: TriangleId| levels[t.index()] == 0;
+        let clusters = clustered::clusters(geometry, &contacts, whole, max_area, label);
+        Ok(Self::build(geometry, &levels, contacts, &clusters))
+    }
+
+    /// The patches of sides split to `levels`, or joined to the numbered `clusters` (by side).
+    fn build(geometry: &Geometry, levels: &[u8], contacts: ContactLines, clusters: &[u32]) -> Self {
         let mut patches = Self {
             splits: vec![Split::None; 2 * geometry.len()],
             cells: Vec::new(),
             areas: Vec::new(),
-            contacts: Arc::new(ContactLines::find(geometry)),
+            members: Members::default(),
+            contacts: Arc::new(contacts),
             cuts: Cuts::default(),
             origins: HashMap::new(),
             finest: None,
         };
+        let mut id_of: HashMap<u32, u32> = HashMap::new();
         for side in Side::BOTH {
             for triangle in geometry.ids().filter(|&t| geometry.exchanges(t, side)) {
                 let level = levels[triangle.index()];
-                let first = patches.cells.len() as u32;
-                patches.splits[side_index(triangle, side)] = Split::Uniform { first, level };
+                let mut first = patches.cells.len() as u32;
+                let s = side_index(triangle, side);
+                if let Some(&cluster) = clusters.get(s).filter(|&&c| c != clustered::NONE) {
+                    first = *id_of.entry(cluster).or_insert(first);
+                }
+                patches.splits[s] = Split::Uniform { first, level };
+                let area = geometry.area(triangle);
+                if let Some(known) = patches.areas.get_mut(first as usize) {
+                    *known += area;
+                    continue;
+                }
                 let count = 1_u32 << (2 * u32::from(level));
-                let area = geometry.area(triangle) / f64::from(count);
                 patches.cells.extend(Cell::grid(triangle, side, level));
-                patches.areas.resize(patches.cells.len(), area);
+                patches.areas.resize(patches.cells.len(), area / f64::from(count));
             }
         }
+        if !id_of.is_empty() {
+            patches.gather_members(geometry, clusters);
+        }
         patches.cuts = Cuts::find(&patches, &patches.contacts);
-        Ok(patches)
+        patches
+    }
+
+    /// Lists the members of clusters and moves their cells to those that stand for them.
+    fn gather_members(&mut self, geometry: &Geometry, clusters: &[u32]) {
+        let member = |s: &usize| clusters[*s] != clustered::NONE;
+        let patch = |split: &Split| match split {
+            Split::Uniform { first, .. } => *first as usize,
+            Split::None | Split::Adaptive { .. } => 0,
+        };
+        let mut starts = vec![0_u32; self.cells.len() + 1];
+        for s in (0..self.splits.len()).filter(member) {
+            starts[patch(&self.splits[s]) + 1] += 1;
+        }
+        for p in 0..self.cells.len() {
+            starts[p + 1] += starts[p];
+        }
+        let mut next = starts.clone();
+        let mut triangles = vec![TriangleId(0); starts[self.cells.len()] as usize];
+        for s in (0..self.splits.len()).filter(member) {
+            let at = &mut next[patch(&self.splits[s])];
+            triangles[*at as usize] = TriangleId((s / 2) as u32);
+            *at += 1;
+        }
+        let mut shares = vec![1.0; triangles.len()];
+        for (p, cell) in self.cells.iter_mut().enumerate() {
+            let range = starts[p] as usize..starts[p + 1] as usize;
+            let members = &triangles[range.clone()];
+            if members.is_empty() {
+                continue;
+            }
+            let mut sum = 0.0;
+            for (share, &t) in shares[range].iter_mut().zip(members) {
+                sum += geometry.area(t);
+                *share = sum / self.areas[p];
+            }
+            let best = clustered::representative(geometry, cell.side, members);
+            *cell = Cell::whole(members[best], cell.side);
+        }
+        self.members = Members { starts, triangles, shares };
     }
 
     /// The largest area (m²) that yields at least `more` patches beyond one a side of each source
@@ -210,6 +299,37 @@ impl Patches {
         low
     }
 
+    /// How many patches [`clustered`](Self::clustered) makes of flat surfaces, about; bends and many
+    /// small parts add to it.
+    #[must_use]
+    pub fn clustered_count(geometry: &Geometry, max_area: f64) -> f64 {
+        exchanging_areas(geometry)
+            .map(|area| match level_for(area, max_area) {
+                0 => area / (clustered::FILL * max_area),
+                level => f64::from(2 * u32::from(level.min(20))).exp2(),
+            })
+            .sum()
+    }
+
+    /// The largest area (m²) for which [`clustered_count`](Self::clustered_count) is at least `count`.
+    #[must_use]
+    pub fn clustered_area(geometry: &Geometry, count: f64) -> f64 {
+        let total: f64 = exchanging_areas(geometry).sum();
+        if total <= 0.0 {
+            return 1.0;
+        }
+        let (mut low, mut high) = (total * 1e-12, total);
+        for _ in 0..40 {
+            let middle = (low * high).sqrt();
+            if Self::clustered_count(geometry, middle) >= count {
+                low = middle
+            } else {
+                high = middle
+            }
+        }
+        low
+    }
+
     /// Number of patches.
     #[must_use]
     pub fn len(&self) -> usize {
@@ -227,10 +347,49 @@ impl Patches {
         (0..self.cells.len() as u32).map(PatchId)
     }
 
-    /// Where a patch lies on its source triangle.
+    /// Where a patch lies on its source triangle; of a cluster, the member that stands for it: one
+    /// near its middle that faces as the whole does.
     #[must_use]
     pub fn cell(&self, id: PatchId) -> Cell {
         self.cells[id.index()]
+    }
+
+    /// The source triangles that a patch has parts of, ascending: several if it is a cluster. All lie
+    /// on the side of its [`cell`](Self::cell).
+    #[must_use]
+    pub fn members(&self, id: PatchId) -> &[TriangleId] {
+        match self.members.of(id.index()) {
+            range if range.is_empty() => std::slice::from_ref(&self.cells[id.index()].triangle),
+            range => &self.members.triangles[range],
+        }
+    }
+
+    /// The [`members`](Self::members) of a patch, each with its share of the patch's area, 0..1.
+    pub fn shares(&self, id: PatchId) -> impl Iterator<Item = (TriangleId, f64)> + '_ {
+        let sums = self.members.shares.get(self.members.of(id.index())).unwrap_or_default();
+        let mut before = 0.0;
+        self.members(id).iter().enumerate().map(move |(k, &t)| {
+            let sum = sums.get(k).copied().unwrap_or(1.0);
+            (t, sum - std::mem::replace(&mut before, sum))
+        })
+    }
+
+    /// The pieces that a patch is made of: its one cell, or whole sides if it is a cluster.
+    pub fn pieces(&self, id: PatchId) -> impl Iterator<Item = Cell> + '_ {
+        let cell = self.cell(id);
+        self.members(id).iter().map(move |&t| cell.on(t))
+    }
+
+    /// Whether a patch consists of several source triangles.
+    #[must_use]
+    pub fn is_cluster(&self, id: PatchId) -> bool {
+        !self.members.of(id.index()).is_empty()
+    }
+
+    /// Whether any patch does.
+    #[must_use]
+    pub fn has_clusters(&self) -> bool {
+        !self.members.triangles.is_empty()
     }
 
     /// Area of a patch in m².
@@ -337,6 +496,11 @@ impl Patches {
         lines.iter().any(|l| l.near(centre, reach))
     }
 
+    /// Whether something stands on edge `k` of a side that no neighbour there shares.
+    pub(crate) fn edge_is_stood_on(&self, side: usize, k: u8) -> bool {
+        self.contacts.on_edge(side, k)
+    }
+
     /// Whether nothing that stands on the surface parts the origins of two patches near each other.
     pub(crate) fn see_each_other(&self, geometry: &Geometry, a: PatchId, b: PatchId) -> bool {
         let ends = [a, b].map(|i| self.origin(i).position(geometry));
@@ -356,12 +520,13 @@ impl Patches {
     #[must_use]
     pub fn sample(&self, id: PatchId, u: DVec2) -> SurfacePoint {
         let cell = self.cell(id);
-        let s = u.x.sqrt();
-        let local = DVec3::new(1.0 - s, s * (1.0 - u.y), s * u.y);
-        cell.point(local)
+        match self.members.at_share(id.index(), u.x) {
+            Some((triangle, x)) => cell.on(triangle).sample(DVec2::new(x, u.y)),
+            None => cell.sample(u),
+        }
     }
 
-    /// The centroid of a patch.
+    /// The centroid of a patch; of a cluster, that of the member that stands for it.
     #[must_use]
     pub fn center(&self, id: PatchId) -> SurfacePoint {
         self.cell(id).point(DVec3::splat(1.0 / 3.0))
@@ -384,6 +549,14 @@ pub(crate) fn level_for(area: f64, max_area: f64) -> u8 {
         level += 1;
     }
     level
+}
+
+/// Area of each side that exchanges light, m².
+fn exchanging_areas(geometry: &Geometry) -> impl Iterator<Item = f64> + '_ {
+    geometry.ids().filter(|&t| geometry.is_solid(t)).flat_map(move |t| {
+        let area = geometry.area(t);
+        Side::BOTH.into_iter().filter(move |&s| geometry.exchanges(t, s)).map(move |_| area)
+    })
 }
 
 fn uniform_levels(geometry: &Geometry, max_area: f64) -> Result<Vec<u8>, PatchesError> {

@@ -4,6 +4,7 @@
 //! interpolated linearly over it. Surfaces are smooth across an edge that exactly two triangles
 //! share at a blunt angle; never across a crease, nor between surfaces that merely touch.
 
+mod blend;
 mod mesh;
 mod topology;
 
@@ -12,8 +13,9 @@ use std::collections::HashMap;
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
-use crate::patches::{PatchId, Patches, SurfacePoint};
+use crate::patches::{Cell, PatchId, Patches, SurfacePoint};
 use crate::scene::{Geometry, Rgb};
+use blend::Neighbours;
 use mesh::{Mesh, VertexId};
 
 /// A smooth irradiance field over all patches.
@@ -44,17 +46,35 @@ impl<'a> Field<'a> {
         let centres: Vec<DVec3> =
             patches.ids().map(|i| patches.center(i).position(geometry)).collect();
         let positions = mesh.positions(geometry, patches);
-        let ring = |v: usize| {
-            if mesh.on_border(v) {
-                incidence.second_ring(patches, &mesh, v)
-            } else {
-                incidence.around(v).to_vec()
+        let neighbours = patches
+            .has_clusters()
+            .then(|| Neighbours::new(geometry, patches, &incidence, mesh.len()));
+        let second_ring = |v: usize| match &neighbours {
+            Some(neighbours) => {
+                let mut ring = Vec::new();
+                neighbours.ring(incidence.around(v), &mut ring);
+                ring
             }
+            None => incidence.second_ring(patches, &mesh, v),
         };
-        let vertices: Vec<Rgb> = (0..mesh.len())
-            .into_par_iter()
-            .map(|v| fit(positions[v], &ring(v), &centres, irradiance))
-            .collect();
+        let vertices: Vec<Rgb> = match &neighbours {
+            Some(neighbours) => blend::vertices(
+                geometry,
+                patches,
+                &mesh,
+                (&incidence, neighbours),
+                (&positions, &centres),
+                irradiance,
+            ),
+            None => (0..mesh.len())
+                .into_par_iter()
+                .map(|v| {
+                    let border = mesh.on_border(v);
+                    let ring = if border { second_ring(v) } else { incidence.around(v).to_vec() };
+                    fit(positions[v], &ring, &centres, irradiance).at(DVec3::ZERO)
+                })
+                .collect(),
+        };
         let mut touched = vec![false; mesh.len()];
         for id in patches.ids().filter(|&i| patches.has_contact(i)) {
             for v in mesh.corners(&patches.cell(id)) {
@@ -64,6 +84,7 @@ impl<'a> Field<'a> {
         // Near a contact each patch has corners of its own, from the patches that it sees.
         let parted = patches
             .ids()
+            .filter(|&id| !patches.is_cluster(id))
             .collect::<Vec<_>>()
             .into_par_iter()
             .filter_map(|id| {
@@ -72,12 +93,12 @@ impl<'a> Field<'a> {
                     return None;
                 }
                 let values = corners.map(|v| {
-                    let mut near = incidence.second_ring(patches, &mesh, v.0 as usize);
+                    let mut near = second_ring(v.0 as usize);
                     near.retain(|&q| patches.see_each_other(geometry, id, q));
                     if near.is_empty() {
                         return vertices[v.0 as usize];
                     }
-                    fit(positions[v.0 as usize], &near, &centres, irradiance)
+                    fit(positions[v.0 as usize], &near, &centres, irradiance).at(DVec3::ZERO)
                 });
                 Some((id, values))
             })
@@ -89,7 +110,10 @@ impl<'a> Field<'a> {
     #[must_use]
     pub fn at(&self, p: SurfacePoint) -> Rgb {
         let Some(id) = self.patches.at(p) else { return Rgb::ZERO };
-        let cell = self.patches.cell(id);
+        let cell = match self.patches.is_cluster(id) {
+            true => Cell::whole(p.triangle, p.side),
+            false => self.patches.cell(id),
+        };
         let local = cell.local(p.barycentric());
         let linear =
             |c: [Rgb; 3]| (c[0] * local.x + c[1] * local.y + c[2] * local.z).max(Rgb::ZERO);
@@ -132,14 +156,46 @@ const DAMPING: f64 = 0.02;
 /// An extrapolated value may leave the range of the values around it by this share of the range.
 const OVERSHOOT: f64 = 0.5;
 
-/// Value at `at` of the linear function that fits the `ring`'s values best, near ones counting more.
-fn fit(at: DVec3, ring: &[PatchId], centres: &[DVec3], values: &[Rgb]) -> Rgb {
+/// A linear function in space, kept near the range of the values that it was fitted to.
+#[derive(Debug, Clone, Copy)]
+struct Linear {
+    /// Weighted mean of the values, and the place of it, seen from the point that was fitted at.
+    mean: Rgb,
+    mean_offset: DVec3,
+    /// Gradient of each channel.
+    slope: [DVec3; 3],
+    low: Rgb,
+    high: Rgb,
+}
+
+impl Linear {
+    /// Value at an offset from the point that was fitted at.
+    fn at(&self, offset: DVec3) -> Rgb {
+        let d = offset - self.mean_offset;
+        let value = DVec3::from_array(self.slope.map(|s| s.dot(d))) + self.mean;
+        value.clamp(self.low, self.high)
+    }
+
+    fn constant(value: Rgb) -> Self {
+        let slope = [DVec3::ZERO; 3];
+        Self { mean: value, mean_offset: DVec3::ZERO, slope, low: value, high: value }
+    }
+}
+
+/// The linear function that fits the `ring`'s values best, those near `at` counting more.
+fn fit(at: DVec3, ring: &[PatchId], centres: &[DVec3], values: &[Rgb]) -> Linear {
     if ring.is_empty() {
-        return Rgb::ZERO;
+        return Linear::constant(Rgb::ZERO);
     }
     let offsets = || ring.iter().map(|i| (centres[i.index()] - at, values[i.index()]));
-    let nearest = offsets().map(|(d, _)| d.length_squared()).fold(f64::INFINITY, f64::min);
+    let nearest = offsets()
+        .map(|(d, _)| d.length_squared())
+        .filter(|&d| d > 0.0)
+        .fold(f64::INFINITY, f64::min);
     let weight = |d: DVec3| 1.0 / (d.length_squared() + nearest).max(f64::MIN_POSITIVE);
+    if nearest == f64::INFINITY {
+        return Linear::constant(values[ring[0].index()]);
+    }
     let (mut total, mut mean, mut mean_offset) = (0.0, Rgb::ZERO, DVec3::ZERO);
     let (mut low, mut high) = (Rgb::INFINITY, Rgb::NEG_INFINITY);
     for (d, h) in offsets() {
@@ -162,10 +218,15 @@ fn fit(at: DVec3, ring: &[PatchId], centres: &[DVec3], values: &[Rgb]) -> Rgb {
     }
     let trace = spread.x_axis.x + spread.y_axis.y + spread.z_axis.z;
     if trace <= 0.0 {
-        return mean;
+        return Linear::constant(mean);
     }
     let inverse = (spread + DMat3::from_diagonal(DVec3::splat(DAMPING * trace))).inverse();
-    let value = DVec3::from_array(slope.map(|s| -(inverse * s).dot(mean_offset))) + mean;
     let slack = (high - low) * OVERSHOOT;
-    value.clamp((low - slack).max(Rgb::ZERO), high + slack)
+    Linear {
+        mean,
+        mean_offset,
+        slope: slope.map(|s| inverse * s),
+        low: (low - slack).max(Rgb::ZERO),
+        high: high + slack,
+    }
 }

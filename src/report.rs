@@ -13,6 +13,8 @@ pub struct Report {
     pub source_triangles: usize,
     /// Patches, with and without a row.
     pub patches: usize,
+    /// How many of them join several source triangles.
+    pub clusters: usize,
     /// Largest area of a patch, m².
     pub patch_size: f64,
     /// The engine and its options.

@@ -2,9 +2,11 @@
 
 mod builder;
 pub mod builtin;
+pub(crate) mod edges;
 mod footprint;
 pub mod geometry;
 mod gltf;
+mod hash;
 pub mod import;
 pub mod inspect;
 mod obj;

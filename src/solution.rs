@@ -17,7 +17,7 @@ use crate::progress::Progress;
 use crate::reconstruct::Field;
 use crate::refine::factor::{FactorRule, RefineError};
 use crate::report::{EngineReport, Report, RowsReport, Stage};
-use crate::scene::{Geometry, Rgb, Scene};
+use crate::scene::{Geometry, Rgb, Scene, Side};
 use crate::solve::{EnergyBalance, SolveError, SolveOptions, System, solve};
 use crate::visibility::{COVERED, uncover};
 
@@ -27,6 +27,8 @@ pub struct LightOptions {
     /// Largest area of a patch, m². Default: what adds about [`DEFAULT_PATCHES`] patches to the
     /// source triangles.
     pub patch_size: Option<f64>,
+    /// Whether small source triangles are joined to larger patches.
+    pub cluster: Clustering,
     /// Split further where form factors demand it.
     pub adaptive: Option<Adaptive>,
     /// Who makes the form factors.
@@ -36,6 +38,24 @@ pub struct LightOptions {
     /// Bytes that the work may take.
     pub memory: u64,
 }
+
+/// Whether small source triangles are joined to larger patches ([`Patches::clustered`]) where they
+/// have one material.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Clustering {
+    /// If more than [`MANY_SIDES`] sides exchange light, those are more than twice as many as the
+    /// clusters would be, and neither adaptive subdivision nor the classical engine is asked for.
+    #[default]
+    Auto,
+    /// Wherever it is possible; an error with adaptive subdivision and with the classical engine.
+    On,
+    /// Never.
+    Off,
+}
+
+/// Models with more exchanging sides of source triangles than this are clustered unless the user
+/// says otherwise.
+pub const MANY_SIDES: u64 = 100_000;
 
 /// Who makes the form factors.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -102,6 +122,9 @@ pub struct Adaptive {
 
 /// Number of patches aimed at where no size is given, beyond one a side of each source triangle.
 pub const DEFAULT_PATCHES: u64 = 5_000;
+
+/// Number of patches aimed at where source triangles are clustered and no size is given.
+pub const CLUSTERED_PATCHES: f64 = 10_000.0;
 
 /// Why a scene could not be lit.
 #[derive(Debug, Error)]
@@ -202,14 +225,21 @@ pub fn light(
         return Err(LightError::NoSky);
     }
     let mut clock = Clock::start();
+    let cluster = clusters(geometry, options);
     let patch_size = match (options.patch_size, options.adaptive) {
         (Some(size), _) => size,
+        (None, None) if cluster => Patches::clustered_area(geometry, CLUSTERED_PATCHES),
         (None, None) => Patches::area_adding(geometry, DEFAULT_PATCHES),
         // Adaptive subdivision begins with whole source triangles.
         (None, Some(_)) => f64::INFINITY,
     };
     let finest = options.adaptive.map_or(patch_size, |a| a.min_area.min(patch_size));
-    let finest = uncover(geometry, Patches::uniform(geometry, finest)?);
+    let finest = if cluster {
+        Patches::clustered(geometry, finest, &scene.optics.material_of)?
+    } else {
+        Patches::uniform(geometry, finest)?
+    };
+    let finest = uncover(geometry, finest);
     clock.lap("subdivide");
 
     let mut engine = options.engine.engine(geometry, &finest, options.memory)?;
@@ -253,6 +283,7 @@ pub fn light(
         scene: scene.name.clone(),
         source_triangles: geometry.len(),
         patches: patches.len(),
+        clusters: patches.ids().filter(|&i| patches.is_cluster(i)).count(),
         patch_size,
         engine: Some(engine_report),
         rows: Some(rows_report(&factors, &areas)),
@@ -262,6 +293,23 @@ pub fn light(
         peak_memory_bytes: None,
     };
     Ok(Solution { patches, irradiance, usable, report })
+}
+
+/// Whether source triangles are to be clustered.
+fn clusters(geometry: &Geometry, options: &LightOptions) -> bool {
+    match options.cluster {
+        Clustering::On => true,
+        Clustering::Off => false,
+        Clustering::Auto => {
+            let count = |t| Side::BOTH.iter().filter(|&&s| geometry.exchanges(t, s)).count() as u64;
+            let sides: u64 = geometry.ids().map(count).sum();
+            let wanted = |size| Patches::clustered_count(geometry, size);
+            let possible = options.adaptive.is_none() && options.engine != EngineOptions::Classical;
+            possible
+                && sides > MANY_SIDES
+                && sides as f64 > 2.0 * options.patch_size.map_or(CLUSTERED_PATCHES, wanted)
+        }
+    }
 }
 
 /// The rows of all patches that light can reach.
@@ -317,8 +365,8 @@ fn check_memory(
         patches: n,
         needed: needed as u64,
         allowed,
-        // Beyond whole source triangles a larger size changes nothing.
-        proposal: Some(larger).filter(|l| *l < largest),
+        // Beyond whole source triangles a larger size changes nothing, unless they are joined.
+        proposal: Some(larger).filter(|l| *l < largest || patches.has_clusters()),
     })
 }
 

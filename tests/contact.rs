@@ -7,7 +7,7 @@ use hemicube::form_factors::{Draw, HemicubeOptions};
 use hemicube::patches::SurfacePoint;
 use hemicube::progress::Silent;
 use hemicube::scene::{Material, Rgb, Scene, SceneBuilder, Side, Sides, Surface};
-use hemicube::solution::{EngineOptions, LightOptions, light};
+use hemicube::solution::{Clustering, EngineOptions, LightOptions, light};
 use hemicube::solve::SolveOptions;
 
 /// Where the wall stands: on no outline of any patch.
@@ -48,6 +48,7 @@ fn a_wall_across_patches_leaves_the_dark_room_at_exactly_zero() {
     for (draw, size) in [(Draw::Sources, 0.02), (Draw::Sources, 0.1), (Draw::Patches, 0.1)] {
         let options = LightOptions {
             patch_size: Some(size),
+            cluster: Clustering::Off,
             adaptive: None,
             engine: EngineOptions::Hemicube(HemicubeOptions { resolution: 64, draw }),
             solve: SolveOptions::default(),

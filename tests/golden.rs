@@ -14,7 +14,7 @@ use hemicube::form_factors::HemicubeOptions;
 use hemicube::progress::Silent;
 use hemicube::render::{PictureOptions, Renderer};
 use hemicube::scene::{Camera, ImportOptions, Scene, builtin, load};
-use hemicube::solution::{EngineOptions, LightOptions, light};
+use hemicube::solution::{Clustering, EngineOptions, LightOptions, light};
 use hemicube::solve::SolveOptions;
 use hemicube::tone::{KEY, Tone};
 
@@ -39,6 +39,7 @@ struct View {
 fn paint(scene: &Scene, view: View, to: &Path) {
     let options = LightOptions {
         patch_size: Some(view.patch_size),
+        cluster: Clustering::Off,
         adaptive: None,
         engine: EngineOptions::Hemicube(HemicubeOptions {
             resolution: 64,

@@ -13,6 +13,7 @@ use hemicube::form_factors::{
     Draw, Engine, Gpu, GpuError, Hemicube, HemicubeGpu, HemicubeOptions, Row, Weights,
 };
 use hemicube::patches::{PatchId, Patches, SplitCells, SurfacePoint};
+use hemicube::scene::builtin::Mesh;
 use hemicube::scene::{
     Geometry, Material, SceneBuilder, Side, Sides, Surface, TriangleId, builtin,
 };
@@ -351,5 +352,32 @@ fn bad_resolutions_are_refused_as_on_the_cpu() {
             e.to_string(),
             Hemicube::new(&g, &p, options(n, Draw::Sources)).err().unwrap().to_string()
         );
+    }
+}
+
+#[test]
+fn rows_of_clusters_are_those_of_the_processor() {
+    let Some(gpu) = gpu() else { return };
+    let mut b = SceneBuilder::new("clusters");
+    let m = b.material(Material::default());
+    let s = b.surface(Surface { name: "clusters".into(), node: 0, primitive: 0 });
+    let room = Mesh::cuboid(DVec3::splat(2.0), [8; 3]).inverted();
+    for mesh in [room, Mesh::geodesic(0.4, 8).at(0.1, 0.9, -0.2)] {
+        for t in &mesh.triangles {
+            let v = t.map(|v| b.vertex(mesh.vertices[v as usize]));
+            b.triangle(v, None, s, m, Sides::One);
+        }
+    }
+    let g = b.finish().geometry;
+    let p = Patches::clustered(&g, 0.15, &[]).unwrap();
+    assert!(p.has_clusters());
+    let ids: Vec<PatchId> = p.ids().collect();
+    for draw in DRAWS {
+        let o = options(64, draw);
+        let (a, b) = (on_gpu(gpu, &g, &p, o, &ids), on_cpu(&g, &p, o, &ids));
+        for (a, b) in a.iter().zip(&b) {
+            assert!((a.total() - 1.0).abs() < 1e-9);
+            assert!(variation(p.len(), a, b) < 0.01, "{draw:?}: {}", variation(p.len(), a, b));
+        }
     }
 }

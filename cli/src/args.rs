@@ -167,9 +167,13 @@ pub enum SidesArg {
 /// How a scene is lit.
 #[derive(Debug, Args)]
 pub struct Light {
-    /// Largest area of a patch in m² [default: the area that yields about 5,000 patches]
+    /// Largest area of a patch in m² [default: the area that yields about 5,000 patches, 10,000 if source triangles are joined]
     #[arg(long, value_name = "AREA", allow_negative_numbers = true)]
     pub patch_size: Option<f64>,
+
+    /// Join source triangles that are smaller than a patch: auto from 100,000 of them
+    #[arg(long, value_enum, default_value_t = ClusterArg::Auto, hide_short_help = true)]
+    pub cluster: ClusterArg,
 
     /// Split adaptively: patches that any other sees under a larger form factor (0..1) are split
     #[arg(long, value_name = "EPS", requires = "min_patch", allow_negative_numbers = true)]
@@ -280,6 +284,17 @@ pub enum EngineArg {
     Hemicube,
     /// One visibility ray a pair against every patch: the paper's baseline, slow
     Classical,
+}
+
+/// `--cluster`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ClusterArg {
+    /// In models of more than 100,000 sides that exchange light, and more than twice the patches wanted
+    Auto,
+    /// Wherever neighbours have one material and lie nearly in one plane
+    On,
+    /// Never: a patch is at most one source triangle
+    Off,
 }
 
 /// `--device`.

@@ -30,12 +30,14 @@ pub fn run(args: &Info) -> Result<(), Failure> {
 
 /// Triangles that lie under something: their light and shade mean nothing.
 fn covered(scene: &Scene) -> Option<Finding> {
-    const LOOKED_AT: usize = 5_000;
+    /// Each look projects all triangles: so many in all take some seconds.
+    const PROJECTED: usize = 100_000_000;
     let g = &scene.geometry;
-    let found = covered_triangles(g, LOOKED_AT);
+    let looked_at = (PROJECTED / g.len().max(1)).clamp(64, 5_000);
+    let found = covered_triangles(g, looked_at);
     let first = found.first()?;
     let sampled =
-        if g.len() > LOOKED_AT { format!(" of {LOOKED_AT} looked at") } else { String::new() };
+        if g.len() > looked_at { format!(" of {looked_at} looked at") } else { String::new() };
     let surface = g.surfaces.get(g.surface_of[first.index()] as usize).map_or("?", |s| &s.name);
     Some(Finding {
         severity: Severity::Note,

@@ -4,18 +4,20 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use hemicube::export::{can_write, write_png, write_whole};
-use hemicube::form_factors::{Draw, HemicubeOptions};
+use hemicube::form_factors::{Draw, EngineError, HemicubeOptions};
 use hemicube::progress::Progress;
 use hemicube::refine::factor::RefineError;
 use hemicube::render::{PictureOptions, RenderError, Renderer, check};
 use hemicube::report::{Report, Stage};
 use hemicube::scene::Scene;
-use hemicube::solution::{Adaptive, EngineOptions, LightError, LightOptions, Solution, light};
+use hemicube::solution::{
+    Adaptive, Clustering, EngineOptions, LightError, LightOptions, Solution, light,
+};
 use hemicube::solve::{Method, SolveOptions};
 use hemicube::tone::{KEY, Tone};
 
 use crate::args::{
-    DeviceArg, DrawChoice, EngineArg, Exposure, Light, Render, SolverChoice, ToneChoice,
+    ClusterArg, DeviceArg, DrawChoice, EngineArg, Exposure, Light, Render, SolverChoice, ToneChoice,
 };
 use crate::failure::Failure;
 use crate::input;
@@ -109,6 +111,11 @@ pub fn lit(scene: &Scene, args: &Light, bar: &Bar) -> Result<Solution, Failure> 
     let memory = args.memory.unwrap_or_else(machine::available_memory);
     let options = LightOptions {
         patch_size: args.patch_size,
+        cluster: match args.cluster {
+            ClusterArg::Auto => Clustering::Auto,
+            ClusterArg::On => Clustering::On,
+            ClusterArg::Off => Clustering::Off,
+        },
         adaptive: args
             .max_factor
             .zip(args.min_patch)
@@ -130,7 +137,8 @@ pub fn lit(scene: &Scene, args: &Light, bar: &Bar) -> Result<Solution, Failure> 
         e if e.is_cancelled() => Failure::Cancelled,
         LightError::Patches(_)
         | LightError::NoSky
-        | LightError::Refine(RefineError::Tolerance(_))
+        | LightError::Refine(RefineError::Tolerance(_) | RefineError::Clusters)
+        | LightError::Engine(EngineError::Clusters(_))
         | LightError::Hemicube(_)
         | LightError::Memory { .. } => Failure::input(e),
         e => Failure::failed(e),
@@ -139,10 +147,15 @@ pub fn lit(scene: &Scene, args: &Light, bar: &Bar) -> Result<Solution, Failure> 
     if !args.quiet {
         let r = &solution.report;
         say(&format!(
-            "{}: {} source triangles, {} patches{}",
+            "{}: {} source triangles, {} patches{}{}",
             r.scene,
             r.source_triangles,
             r.patches,
+            if r.clusters == 0 {
+                String::new()
+            } else {
+                format!(", {} of them of several source triangles (--cluster)", r.clusters)
+            },
             if args.max_factor.is_some() {
                 String::new()
             } else {

@@ -42,6 +42,7 @@ use crate::visibility::{Blockers, Sight};
 /// take one by one: who estimates its time from a few rows should count half of theirs for it, and
 /// begin with a new engine.
 pub struct Classical {
+    has_clusters: bool,
     patches: Vec<Facet>,
     blockers: Blockers,
     /// Of each patch whose row has been made: which patches it sees, a bit each.
@@ -74,7 +75,7 @@ struct Scratch {
 }
 
 impl Classical {
-    /// An engine for these patches.
+    /// An engine for these patches; it makes no rows of clusters.
     #[must_use]
     pub fn new(geometry: &Geometry, patches: &Patches) -> Self {
         // The fronts of all solid triangles tile them: every patch once, not once a side.
@@ -101,6 +102,7 @@ impl Classical {
         Self {
             patches: facets,
             blockers,
+            has_clusters: patches.has_clusters(),
             known: vec![None; patches.len()],
             kept: 0,
             tests: AtomicU64::new(0),
@@ -196,6 +198,9 @@ impl Engine for Classical {
     }
 
     fn fill(&mut self, rows: &[PatchId], out: &mut [Row]) -> Result<(), EngineError> {
+        if self.has_clusters {
+            return Err(EngineError::Clusters(self.name()));
+        }
         const ABSENT: u32 = u32::MAX;
         let mut place = vec![ABSENT; self.patches.len()];
         for (at, id) in (0..).zip(rows) {

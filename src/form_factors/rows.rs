@@ -122,6 +122,9 @@ pub enum EngineError {
     /// A device failed.
     #[error("{0}")]
     Device(String),
+    /// Patches are clusters of source triangles, which this engine cannot use.
+    #[error("--engine {0} cannot use clusters of source triangles; use --cluster off")]
+    Clusters(&'static str),
 }
 
 /// Makes rows of the matrix of form factors.

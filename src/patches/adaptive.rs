@@ -174,6 +174,7 @@ impl SplitCells {
             splits,
             cells,
             areas,
+            members: super::Members::default(),
             contacts: finest.contacts.clone(),
             cuts: super::Cuts::default(),
             origins: std::collections::HashMap::new(),

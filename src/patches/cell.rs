@@ -36,6 +36,16 @@ impl Cell {
         })
     }
 
+    /// A whole side of a source triangle.
+    pub(crate) fn whole(triangle: TriangleId, side: Side) -> Self {
+        Self { triangle, ij: [0; 2], level: 0, inverted: false, side }
+    }
+
+    /// The same cell of another source triangle.
+    pub(crate) fn on(&self, triangle: TriangleId) -> Self {
+        Self { triangle, ..*self }
+    }
+
     /// The cell of the same side at strips `i`, `j` of level `level`.
     fn on_same_side(&self, level: u8, [i, j]: [u32; 2], inverted: bool) -> Self {
         Self { level, ij: [i as u16, j as u16], inverted, ..*self }
@@ -122,6 +132,13 @@ impl Cell {
         let [a, b, c] = self.barycentric();
         let l = a * local.x + b * local.y + c * local.z;
         SurfacePoint { triangle: self.triangle, side: self.side, uv: DVec2::new(l.y, l.z) }
+    }
+
+    /// The point with coordinates `u` in the unit square, uniform in area.
+    #[must_use]
+    pub fn sample(&self, u: DVec2) -> SurfacePoint {
+        let s = u.x.sqrt();
+        self.point(DVec3::new(1.0 - s, s * (1.0 - u.y), s * u.y))
     }
 
     /// Barycentric coordinates within the cell of a point of the source triangle.

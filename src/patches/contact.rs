@@ -8,7 +8,6 @@
 use glam::{DVec2, DVec3};
 
 use super::box_tree::BoxTree;
-use super::side_index;
 use crate::scene::{Geometry, Side, TriangleId};
 
 /// A segment of contact in the coordinates `uv` of a source triangle.
@@ -23,6 +22,8 @@ pub(super) struct Line {
 pub(super) struct ContactLines {
     starts: Vec<u32>,
     lines: Vec<Line>,
+    /// For each side the edges that something stands on: bit k for that from corner k to the next.
+    edges: Vec<u8>,
 }
 
 /// Points this near to a plane lie in it, relative to the size of the scene: exporters keep six or
@@ -47,29 +48,41 @@ impl ContactLines {
                 .collect(),
         );
         let found = tree.map_overlaps(|i, near| {
-            let mut sides = [Vec::new(), Vec::new()];
+            let mut sides = [Contacts::default(), Contacts::default()];
             for &k in near {
                 touch(geometry, solid[i], solid[k as usize], reach, &mut sides);
             }
             sides
         });
-        let mut by_side = vec![Vec::new(); 2 * geometry.len()];
-        for (&t, [front, back]) in solid.iter().zip(found) {
-            by_side[side_index(t, Side::Front)] = front;
-            by_side[side_index(t, Side::Back)] = back;
-        }
-        let mut me = Self { starts: vec![0], lines: Vec::new() };
-        for lines in by_side {
-            me.lines.extend(lines);
-            me.starts.push(me.lines.len() as u32);
+        let mut me = Self { starts: vec![0], ..Self::default() };
+        let mut found = solid.iter().zip(found).peekable();
+        for t in geometry.ids() {
+            let own = found.next_if(|f| *f.0 == t).map_or_else(Default::default, |f| f.1);
+            for side in own {
+                me.lines.extend(side.lines);
+                me.starts.push(me.lines.len() as u32);
+                me.edges.push(side.edges);
+            }
         }
         me
+    }
+
+    /// Whether another triangle, which does not have this edge too, stands on edge `k` of a side.
+    pub fn on_edge(&self, side: usize, k: u8) -> bool {
+        self.edges[side] >> k & 1 == 1
     }
 
     /// The lines on one side.
     pub fn of(&self, side: usize) -> &[Line] {
         &self.lines[self.starts[side] as usize..self.starts[side + 1] as usize]
     }
+}
+
+/// What touches one side.
+#[derive(Debug, Clone, Default)]
+struct Contacts {
+    lines: Vec<Line>,
+    edges: u8,
 }
 
 /// Adds the line along which triangle `other` touches or crosses `own` to the sides of `own` from
@@ -79,7 +92,7 @@ fn touch(
     own: TriangleId,
     other: TriangleId,
     reach: f64,
-    sides: &mut [Vec<Line>; 2],
+    sides: &mut [Contacts; 2],
 ) {
     let corners = geometry.corners(own);
     let normal = geometry.normal(own, Side::Front);
@@ -98,11 +111,16 @@ fn touch(
     }
     let &[from, to] = &ends[..] else { return };
     let plane = Plane::of(corners);
-    let Some(line) = clip(plane.barycentric(from), plane.barycentric(to)) else { return };
-    for (lines, rises) in sides.iter_mut().zip(rises) {
-        if rises {
-            lines.push(line);
-        }
+    let [from, to] = [from, to].map(|p| plane.barycentric(p));
+    let line = clip(from, to);
+    let edge = if line.is_none() { edge_under(from, to) } else { None };
+    // A neighbour that has the edge too does not stand on it.
+    let edge = edge.filter(|&k| {
+        [k, (k + 1) % 3].iter().any(|&c| p.iter().all(|q| q.distance(corners[c]) > reach))
+    });
+    for (side, _) in sides.iter_mut().zip(rises).filter(|(_, rises)| *rises) {
+        side.lines.extend(line);
+        side.edges |= edge.map_or(0, |k| 1 << k);
     }
 }
 
@@ -151,6 +169,15 @@ fn clip(from: DVec3, to: DVec3) -> Option<Line> {
     (t1 > t0 && line.from.distance(line.to) > EDGE).then_some(line)
 }
 
+/// The edge, from corner k to the next, that a segment runs along for some way.
+fn edge_under(from: DVec3, to: DVec3) -> Option<usize> {
+    let zero = (0..3).find(|&k| from[k].abs() <= EDGE && to[k].abs() <= EDGE)?;
+    let k = (zero + 1) % 3;
+    // Places along the edge, 0..1, counted from its far end.
+    let (a, b) = (from[k], to[k]);
+    (a.max(b).min(1.0) - a.min(b).max(0.0) > EDGE).then_some(k)
+}
+
 impl Line {
     /// Whether the way from `a` to `b` crosses this line. Ways that only touch it do not.
     pub fn parts(&self, a: DVec2, b: DVec2) -> bool {
@@ -197,6 +224,7 @@ impl Line {
 
 #[cfg(test)]
 mod tests {
+    use super::super::side_index;
     use super::*;
     use crate::scene::{Material, SceneBuilder, Sides, Surface};
 

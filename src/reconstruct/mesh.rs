@@ -59,18 +59,13 @@ impl Mesh {
         let (used, hanging) = (border.clone(), vec![false; patches.len()]);
         let mut me = Self { topology, edge_base, side_base, levels, border, used, hanging };
         me.mark_borders(patches);
-        for id in patches.ids() {
-            for v in me.corners(&patches.cell(id)) {
+        for cell in patches.ids().flat_map(|id| patches.pieces(id)) {
+            for v in me.corners(&cell) {
                 me.used[v.0 as usize] = true;
             }
         }
-        me.hanging = patches
-            .ids()
-            .map(|id| {
-                let cell = patches.cell(id);
-                (0..3).any(|k| me.edge_vertices(&cell, k).len() > 2)
-            })
-            .collect();
+        let stitched = |cell| (0..3).any(|k| me.edge_vertices(&cell, k).len() > 2);
+        me.hanging = patches.ids().map(|id| patches.pieces(id).any(stitched)).collect();
         me
     }
 
@@ -202,8 +197,7 @@ impl Mesh {
     /// Position of every vertex in metres.
     pub fn positions(&self, geometry: &Geometry, patches: &Patches) -> Vec<DVec3> {
         let mut positions = vec![DVec3::ZERO; self.len()];
-        for id in patches.ids() {
-            let cell = patches.cell(id);
+        for cell in patches.ids().flat_map(|id| patches.pieces(id)) {
             let corners = geometry.corners(cell.triangle);
             let vertices = self.corners(&cell);
             for (v, l) in vertices.into_iter().zip(cell.barycentric()) {
@@ -217,8 +211,16 @@ impl Mesh {
     pub fn incidence(&self, patches: &Patches, usable: impl Fn(PatchId) -> bool) -> Incidence {
         let mut starts = vec![0_u32; self.len() + 1];
         let each = |visit: &mut dyn FnMut(VertexId, PatchId)| {
+            // The last patch about each vertex: a cluster comes once.
+            let mut last = vec![u32::MAX; self.len()];
             for id in patches.ids().filter(|&i| usable(i)) {
-                self.outline(id, &patches.cell(id), |v| visit(v, id));
+                for cell in patches.pieces(id) {
+                    self.outline(id, &cell, |v| {
+                        if std::mem::replace(&mut last[v.0 as usize], id.0) != id.0 {
+                            visit(v, id);
+                        }
+                    });
+                }
             }
         };
         each(&mut |v, _| starts[v.0 as usize + 1] += 1);
@@ -251,9 +253,9 @@ impl Incidence {
     pub fn second_ring(&self, patches: &Patches, mesh: &Mesh, v: usize) -> Vec<PatchId> {
         let mut ring = Vec::new();
         for &id in self.around(v) {
-            mesh.outline(id, &patches.cell(id), |w| {
-                ring.extend_from_slice(self.around(w.0 as usize))
-            });
+            for cell in patches.pieces(id) {
+                mesh.outline(id, &cell, |w| ring.extend_from_slice(self.around(w.0 as usize)));
+            }
         }
         ring.sort_unstable();
         ring.dedup();

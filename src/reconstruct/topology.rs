@@ -1,9 +1,7 @@
 //! Which edges of source triangles are smooth.
 
-use std::collections::HashMap;
-
 use crate::patches::{Patches, side_index};
-use crate::scene::geometry::position_key;
+use crate::scene::edges::{EdgeUse, edge_uses, shared};
 use crate::scene::{Geometry, Side, TriangleId};
 
 /// Two triangles whose normals differ by more than this angle (radians) meet in a crease.
@@ -11,7 +9,7 @@ const CREASE: f64 = 0.6;
 
 /// An edge of one side of a source triangle as part of a chain of vertices.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct EdgeUse {
+pub(super) struct ChainUse {
     /// Which edge; shared by the two sides of a smooth one.
     pub edge: u32,
     /// Whether this side runs along it the other way.
@@ -22,7 +20,7 @@ pub(super) struct EdgeUse {
 #[derive(Debug, Clone)]
 pub(super) struct Topology {
     /// Three a side; edge k runs from corner k to corner k + 1.
-    pub edges: Vec<[EdgeUse; 3]>,
+    pub edges: Vec<[ChainUse; 3]>,
     /// Number of splits of each edge: the larger of its two sides'.
     pub levels: Vec<u8>,
     /// Whether each edge is shared by two sides.
@@ -38,15 +36,16 @@ impl Topology {
         let sides = patches.splits().len();
         let level = |s: usize| patches.splits()[s].level();
         let mut me = Self {
-            edges: vec![[EdgeUse::default(); 3]; sides],
+            edges: vec![[ChainUse::default(); 3]; sides],
             levels: Vec::new(),
             smooth: Vec::new(),
             corners: Vec::new(),
             classes: 0,
         };
         let mut union = Union((0..3 * sides as u32).collect());
-        for ends in shared_edges(geometry).values() {
-            let pairs = pairs_of(geometry, ends);
+        let (uses, _) = edge_uses(geometry);
+        for ends in shared(&uses) {
+            let pairs = pairs_of(geometry, patches, ends);
             for end in ends {
                 for side in Side::BOTH {
                     let s = side_index(end.triangle, side);
@@ -63,18 +62,21 @@ impl Topology {
                         Some((p, _)) if p < s => {}
                         Some((p, other)) => {
                             let edge = me.edge(own.max(other), true);
-                            me.edges[s][end.k] = EdgeUse { edge, reversed: end.reversed };
+                            me.edges[s][usize::from(end.k)] =
+                                ChainUse { edge, reversed: end.reversed };
                             let far = ends.iter().find(|e| e.triangle.index() == p / 2);
                             if let Some(far) = far {
-                                me.edges[p][far.k] = EdgeUse { edge, reversed: far.reversed };
-                                for (a, b) in end.corners().into_iter().zip(far.corners()) {
+                                me.edges[p][usize::from(far.k)] =
+                                    ChainUse { edge, reversed: far.reversed };
+                                for (a, b) in corners(end).into_iter().zip(corners(far)) {
                                     union.join((3 * s + a) as u32, (3 * p + b) as u32);
                                 }
                             }
                         }
                         None => {
                             let edge = me.edge(own, false);
-                            me.edges[s][end.k] = EdgeUse { edge, reversed: end.reversed };
+                            me.edges[s][usize::from(end.k)] =
+                                ChainUse { edge, reversed: end.reversed };
                         }
                     }
                 }
@@ -103,48 +105,20 @@ impl Topology {
     }
 }
 
-/// One triangle's part in an edge.
-#[derive(Debug, Clone, Copy)]
-struct End {
-    triangle: TriangleId,
-    /// The edge runs from corner k to corner k + 1.
-    k: usize,
-    /// From the larger position to the smaller.
-    reversed: bool,
-}
-
-impl End {
-    /// The corners at the smaller and the larger position.
-    fn corners(&self) -> [usize; 2] {
-        let next = (self.k + 1) % 3;
-        if self.reversed { [next, self.k] } else { [self.k, next] }
-    }
-}
-
-type Position = [u64; 3];
-
-fn shared_edges(geometry: &Geometry) -> HashMap<(Position, Position), Vec<End>> {
-    let mut edges: HashMap<_, Vec<End>> = HashMap::new();
-    for triangle in geometry.ids().filter(|&t| geometry.is_solid(t)) {
-        let keys = geometry.corners(triangle).map(position_key);
-        for k in 0..3 {
-            let (a, b) = (keys[k], keys[(k + 1) % 3]);
-            let reversed = a > b;
-            let key = if reversed { (b, a) } else { (a, b) };
-            edges.entry(key).or_default().push(End { triangle, k, reversed });
-        }
-    }
-    edges
+/// The corners of an edge at its smaller and its larger welded vertex.
+fn corners(end: &EdgeUse) -> [usize; 2] {
+    let (k, next) = (usize::from(end.k), usize::from(end.k + 1) % 3);
+    if end.reversed { [next, k] } else { [k, next] }
 }
 
 type SideOf = (TriangleId, Side);
 
-/// The pairs of sides that are smooth across an edge.
-fn pairs_of(geometry: &Geometry, ends: &[End]) -> Vec<(SideOf, SideOf)> {
+/// The pairs of sides that are smooth across an edge: no crease, and nothing stands on it.
+fn pairs_of(geometry: &Geometry, patches: &Patches, ends: &[EdgeUse]) -> Vec<(SideOf, SideOf)> {
     let &[a, b] = ends else { return Vec::new() };
     let same_winding = a.reversed != b.reversed;
     let turn = if same_winding { 1.0 } else { -1.0 };
-    let normal = |e: End| geometry.normal(e.triangle, Side::Front);
+    let normal = |e: EdgeUse| geometry.normal(e.triangle, Side::Front);
     if turn * normal(a).dot(normal(b)) < CREASE.cos() {
         return Vec::new();
     }
@@ -152,7 +126,12 @@ fn pairs_of(geometry: &Geometry, ends: &[End]) -> Vec<(SideOf, SideOf)> {
         (Side::Front, true) | (Side::Back, false) => Side::Front,
         (Side::Back, true) | (Side::Front, false) => Side::Back,
     };
-    Side::BOTH.map(|s| ((a.triangle, s), (b.triangle, across(s)))).to_vec()
+    let free = |e: EdgeUse, s: Side| !patches.edge_is_stood_on(side_index(e.triangle, s), e.k);
+    Side::BOTH
+        .into_iter()
+        .filter(|&s| free(a, s) && free(b, across(s)))
+        .map(|s| ((a.triangle, s), (b.triangle, across(s))))
+        .collect()
 }
 
 /// Disjoint sets.

@@ -43,6 +43,9 @@ pub enum RefineError {
     /// The tolerance is no form factor.
     #[error("--max-factor {0} is not between 0 and 1")]
     Tolerance(f64),
+    /// Patches are clusters of source triangles: there is no finer mesh that they coarsen.
+    #[error("--max-factor cannot split clusters of source triangles; use --cluster off")]
+    Clusters,
     /// Rows could not be made.
     #[error(transparent)]
     Assemble(#[from] AssembleError),
@@ -72,6 +75,9 @@ impl FactorRule {
     ) -> Result<Refined, RefineError> {
         if !(self.max_factor > 0.0 && self.max_factor <= 1.0) {
             return Err(RefineError::Tolerance(self.max_factor));
+        }
+        if finest.has_clusters() {
+            return Err(RefineError::Clusters);
         }
         let start = self.start_area;
         let mut cells = SplitCells::new(finest.clone(), |side| {

@@ -15,9 +15,9 @@ use std::collections::HashMap;
 use glam::DVec3;
 
 use super::geometry::{Geometry, Part, Sides, TriangleId, position_key};
+use super::hash::Mixed;
 use super::{Finding, Scene, Severity};
 use edges::Edges;
-use grid::Mixed;
 
 /// Doubts about a scene's geometry, each with its place, a count and a remedy.
 #[must_use]

@@ -35,6 +35,10 @@ fn is_covered(geometry: &Geometry, occluders: &Occluders, p: SurfacePoint) -> bo
 /// Triangles that are covered at their centroid, of at most `most` spread over the model.
 #[must_use]
 pub fn covered_triangles(geometry: &Geometry, most: usize) -> Vec<TriangleId> {
+    // Only backs that do not reflect cover.
+    if !geometry.ids().any(|t| geometry.is_solid(t) && !geometry.exchanges(t, Side::Back)) {
+        return Vec::new();
+    }
     let occluders = Occluders::new(geometry);
     let step = occluders.len().div_ceil(most).max(1);
     let third = DVec2::splat(1.0 / 3.0);

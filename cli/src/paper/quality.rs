@@ -5,7 +5,9 @@ use hemicube::patches::{PatchId, Patches};
 use hemicube::progress::Progress;
 use hemicube::refine::factor::RefineError;
 use hemicube::scene::{Geometry, Rgb, Scene};
-use hemicube::solution::{Adaptive, EngineOptions, LightError, LightOptions, Solution, light};
+use hemicube::solution::{
+    Adaptive, Clustering, EngineOptions, LightError, LightOptions, Solution, light,
+};
 use hemicube::solve::SolveOptions;
 
 use super::Folder;
@@ -75,6 +77,7 @@ fn lit(
     let min_area = conditions.finest;
     let adaptive = max_factor.map(|max_factor| Adaptive { max_factor, min_area });
     let options = LightOptions {
+        cluster: Clustering::Off,
         patch_size: if adaptive.is_some() { None } else { Some(min_area) },
         adaptive,
         engine: EngineOptions::Hemicube(conditions.hemicube(Draw::Sources)),

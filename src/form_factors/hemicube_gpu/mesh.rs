@@ -103,7 +103,8 @@ impl Mesh {
         Self::new(gpu, geometry, |id, add| {
             for side in Side::BOTH {
                 for patch in patches.of_side(id, side) {
-                    let [a, b, c] = patches.cell(patch).corners(geometry).map(|p| p - centre);
+                    let [a, b, c] =
+                        patches.cell(patch).on(id).corners(geometry).map(|p| p - centre);
                     add(if side == Side::Front { [a, b, c] } else { [a, c, b] }, patch.0);
                 }
             }

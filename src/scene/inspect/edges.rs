@@ -5,8 +5,10 @@ use std::collections::HashMap;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::grid::{Bounds, Grid, Mixed};
+use super::grid::{Bounds, Grid};
+use crate::scene::edges::{edge_uses, shared};
 use crate::scene::geometry::{Geometry, TriangleId, position_key};
+use crate::scene::hash::Mixed;
 
 /// An edge that is doubtful.
 #[derive(Debug, Clone, Copy)]
@@ -48,33 +50,12 @@ const COORDINATE_NOISE: f64 = 2e-7;
 /// Boundary edges that are searched for T-vertices: a model with more is hardly connected at all.
 const MOST_SEARCHED: usize = 400_000;
 
-/// A directed use of an edge by a triangle.
-struct Use {
-    /// Welded vertices, the smaller in the upper half.
-    key: u64,
-    forward: bool,
-    triangle: TriangleId,
-}
-
 impl Edges {
     /// Finds the doubtful edges of the solid triangles.
     pub fn of(g: &Geometry) -> Self {
-        let (welded, positions) = weld(g);
-        let mut uses: Vec<Use> = g
-            .ids()
-            .filter(|&t| g.is_solid(t))
-            .flat_map(|triangle| {
-                let v = g.triangles[triangle.index()].map(|v| welded[v as usize]);
-                [[v[0], v[1]], [v[1], v[2]], [v[2], v[0]]].map(|[a, b]| Use {
-                    key: u64::from(a.min(b)) << 32 | u64::from(a.max(b)),
-                    forward: a < b,
-                    triangle,
-                })
-            })
-            .collect();
-        uses.par_sort_unstable_by_key(|u| (u.key, u.triangle));
+        let (uses, positions) = edge_uses(g);
         let (mut boundary, mut turned) = (Vec::new(), Vec::new());
-        for shared in uses.chunk_by(|a, b| a.key == b.key) {
+        for shared in shared(&uses) {
             let position = |v: u64| positions[v as usize];
             let edge = |other: TriangleId| Edge {
                 from: position(shared[0].key >> 32),
@@ -84,7 +65,7 @@ impl Edges {
             };
             match shared {
                 [one] => boundary.push(edge(one.triangle)),
-                [a, b] if a.forward == b.forward => turned.push(edge(b.triangle)),
+                [a, b] if a.reversed == b.reversed => turned.push(edge(b.triangle)),
                 _ => {}
             }
         }
@@ -144,22 +125,4 @@ fn lies_within(p: DVec3, e: &Edge, tolerance: f64) -> bool {
     t > tolerance
         && t < length - tolerance
         && (p - e.from - along * (t / length)).length() <= tolerance
-}
-
-/// The first vertex at the position of each vertex, renumbered, and the positions.
-fn weld(g: &Geometry) -> (Vec<u32>, Vec<DVec3>) {
-    let mut positions = Vec::with_capacity(g.vertices.len());
-    let mut index: HashMap<[u64; 3], u32, Mixed> =
-        HashMap::with_capacity_and_hasher(g.vertices.len(), Mixed::default());
-    let welded = g
-        .vertices
-        .iter()
-        .map(|&v| {
-            *index.entry(position_key(v)).or_insert_with(|| {
-                positions.push(v);
-                (positions.len() - 1) as u32
-            })
-        })
-        .collect();
-    (welded, positions)
 }

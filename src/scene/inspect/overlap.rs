@@ -5,8 +5,9 @@ use std::collections::HashMap;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::grid::{Bounds, Grid, Mixed, mix};
+use super::grid::{Bounds, Grid};
 use crate::scene::geometry::{Geometry, Side, TriangleId};
+use crate::scene::hash::{Mixed, mix};
 
 /// What was found.
 pub struct Overlaps {
