@@ -9,6 +9,7 @@
 //! behind the pinhole, and an edge shared by two triangles gives exactly opposite values on both, so
 //! that no pixel falls between them.
 
+mod bvh;
 mod covered;
 mod item_buffer;
 mod occluders;
@@ -16,6 +17,7 @@ mod segments;
 mod simd;
 mod surroundings;
 
+pub use bvh::{Bvh, Hits, Lanes, Met, Packet};
 pub use covered::{COVERED, covered_triangles, uncover};
 pub(crate) use item_buffer::each_face;
 #[cfg(feature = "gpu")]
