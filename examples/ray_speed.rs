@@ -21,10 +21,10 @@ use hemicube::visibility::{Bvh, Frame, Hits, Packet};
 const ROWS: [usize; 4] = [256, 1024, 4096, 16384];
 
 /// Rays traced for each figure.
-const RAYS: usize = 4 << 20;
+const RAYS: usize = 1 << 18;
 
 /// Each time is the best of so many.
-const TURNS: usize = 5;
+const TURNS: usize = 40;
 
 /// Largest area of a patch in m²: about 40,000 patches in the room.
 const PATCH_SIZE: f64 = 0.0075;
@@ -105,7 +105,8 @@ fn directions(n: usize) -> Vec<(DVec3, DVec2)> {
     const PHI: f64 = 1.167_303_978_261_418_7;
     let mut samples: Vec<[f64; 4]> =
         (1..=n).map(|i| [1, 2, 3, 4].map(|d| (i as f64 * PHI.powi(-d)).fract())).collect();
-    let spread = |x: f64| (0..16).fold(0_u64, |m, b| m | ((x * 65536.0) as u64 >> b & 1) << (2 * b));
+    let spread =
+        |x: f64| (0..16).fold(0_u64, |m, b| m | ((x * 65536.0) as u64 >> b & 1) << (2 * b));
     samples.sort_by_key(|s| spread(s[0]) | spread(s[1]) << 1);
     samples.iter().map(|s| (cosine(s[0], s[1]), dvec2(s[2], s[3]))).collect()
 }
@@ -113,11 +114,8 @@ fn directions(n: usize) -> Vec<(DVec3, DVec2)> {
 /// The square onto the hemisphere by way of the disc (Shirley & Chiu 1997).
 fn cosine(u: f64, v: f64) -> DVec3 {
     let (a, b) = (2.0 * u - 1.0, 2.0 * v - 1.0);
-    let (r, angle) = if a.abs() > b.abs() {
-        (a, FRAC_PI_4 * b / a)
-    } else {
-        (b, 0.5 * PI - FRAC_PI_4 * a / b)
-    };
+    let (r, angle) =
+        if a.abs() > b.abs() { (a, FRAC_PI_4 * b / a) } else { (b, 0.5 * PI - FRAC_PI_4 * a / b) };
     let (x, y) = if b == 0.0 && a == 0.0 { (0.0, 0.0) } else { (r * angle.cos(), r * angle.sin()) };
     DVec3::new(x, y, (1.0 - x * x - y * y).max(0.0).sqrt())
 }

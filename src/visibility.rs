@@ -26,6 +26,8 @@ pub use item_buffer::{Edges, Face, ItemBuffer, PatchArea};
 pub use occluders::{Frame, Occluders, View};
 pub(crate) use occluders::{code, faces_of};
 pub use segments::{Blockers, ROUNDING, Sight};
+#[cfg(target_arch = "x86_64")]
+pub(crate) use simd::Version;
 pub(crate) use simd::{LANES, multiversion};
 pub use surroundings::{Glimpse, Surroundings, looks_inside_out, share};
 

@@ -74,14 +74,18 @@ const DEEPEST: usize = 80;
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(align(16))]
 struct Triangle {
-    /// x, y, z of corners a, b, c; then [`ROUNDING`] times twice the area, and nothing.
+    /// x, y, z of corners a, b, c; then what [`SLAB`] and [`NOISE`] say.
     numbers: [f32; 11],
     /// Index among the solid triangles.
     solid: u32,
 }
 
-/// Where in [`Triangle::numbers`] the width of its slab is.
+/// Where in [`Triangle::numbers`] [`ROUNDING`] times twice the area is.
 const SLAB: usize = 9;
+
+/// Where in [`Triangle::numbers`] four times [`ROUNDING`] times the perimeter is: twice the area of a
+/// drawing is rounding noise below that, and the triangle is seen edge on.
+const NOISE: usize = 10;
 
 /// What a single ray meets.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,8 +1,10 @@
 //! Packets through the hierarchy: one box or one triangle against 16 rays.
 
-use std::array;
+use glam::{DVec3, Vec3, dvec3};
 
-use super::{Bvh, DEEPEST, Hits, INNER, LANES, Lanes, NOTHING, Node, Packet, ROUNDING, SLAB, Triangle};
+use super::{
+    Bvh, DEEPEST, Hits, INNER, LANES, Lanes, NOISE, NOTHING, Node, Packet, ROUNDING, SLAB, Triangle,
+};
 use crate::visibility::simd::multiversion;
 
 /// Rays are drawn along the same axis if no other coordinate of their directions is larger than its
@@ -59,42 +61,47 @@ impl Packet {
     /// The lanes that hold a ray.
     #[inline(always)]
     fn lanes(&self) -> [bool; LANES] {
-        array::from_fn(|l| self.far[l] > 0.0)
+        let mut lanes = [false; LANES];
+        for l in 0..LANES {
+            lanes[l] = self.far[l] > 0.0;
+        }
+        lanes
     }
 }
 
 /// Rays of a packet that run along the same axis in the same sense.
 ///
 /// Distances are along that axis.
+#[repr(C, align(64))]
 struct Rays {
-    /// The axes of space that are x, y and z of the drawing; z is along the rays, and fronts are
-    /// counter-clockwise in the drawing.
-    axes: [usize; 3],
-    /// The sense of z along the rays, 1 or -1.
-    sense: f32,
+    /// Distance of the nearest hit, less its slab; -∞ where there is no ray.
+    best: Lanes,
+    /// Inverse of the direction, and the origin times it, in axes of space.
+    inverse: [Lanes; 3],
+    offset: [Lanes; 3],
     /// Slopes of x and y along z.
     slope: [Lanes; 2],
     /// Where rays meet the plane z = 0.
     foot: [Lanes; 2],
     /// z of the origin along the rays.
     start: Lanes,
-    /// Inverse of the direction, and the origin times it, in axes of space.
-    inverse: [Lanes; 3],
-    offset: [Lanes; 3],
+    /// Length of the direction along z.
+    length: Lanes,
+    own: [u32; LANES],
+    item: [u32; LANES],
+    u: Lanes,
+    v: Lanes,
+    distance: Lanes,
+    /// The axes of space that are x, y and z of the drawing; z is along the rays, and fronts are
+    /// counter-clockwise in the drawing.
+    axes: [usize; 3],
+    /// The sense of z along the rays, 1 or -1.
+    sense: f32,
     /// Index in [`Node::bounds`] of the plane through which rays enter and leave a box.
     enter: [usize; 3],
     leave: [usize; 3],
     /// Whether rays differ in sense along some axis.
     mixed: bool,
-    /// Length of the direction along z.
-    length: Lanes,
-    own: [u32; LANES],
-    /// Distance of the nearest hit, less its slab; -∞ where there is no ray.
-    best: Lanes,
-    item: [u32; LANES],
-    u: Lanes,
-    v: Lanes,
-    distance: Lanes,
 }
 
 impl Rays {
@@ -102,80 +109,88 @@ impl Rays {
     #[inline(always)]
     fn alike(packet: &Packet, left: &mut [bool; LANES]) -> Option<Self> {
         let first = left.iter().position(|&l| l)?;
-        let d = packet.direction.map(|d| d[first]);
-        let mut z = 0;
-        for axis in 1..3 {
-            if d[axis].abs() > d[z].abs() {
-                z = axis;
-            }
-        }
+        let [dx, dy, dz] = &packet.direction;
+        let d = [dx[first], dy[first], dz[first]];
+        let z = if d[1].abs() > d[0].abs() { 1 } else { 0 };
+        let z = if d[2].abs() > d[z].abs() { 2 } else { z };
         let sense = 1.0_f32.copysign(d[z]);
-        let (mut x, mut y) = ((z + 1) % 3, (z + 2) % 3);
-        if sense > 0.0 {
-            (x, y) = (y, x);
-        }
-        let [dx, dy, dz] = [x, y, z].map(|a| &packet.direction[a]);
-        let taken: [bool; LANES] = array::from_fn(|l| {
+        let (x, y) =
+            if sense > 0.0 { ((z + 2) % 3, (z + 1) % 3) } else { ((z + 1) % 3, (z + 2) % 3) };
+        let [dx, dy, dz] = [&packet.direction[x], &packet.direction[y], &packet.direction[z]];
+        let mut taken = [false; LANES];
+        for l in 0..LANES {
             let along = sense * dz[l];
-            let steep = dx[l].abs().max(dy[l].abs()) <= STEEPEST * along;
-            left[l] & (along > 0.0) & (along < f32::INFINITY) & steep
-        });
+            let across = max(dx[l].abs(), dy[l].abs());
+            taken[l] = left[l] & (across <= STEEPEST * along) & (along < f32::INFINITY);
+        }
+        left[first] = false;
         for l in 0..LANES {
             left[l] &= !taken[l];
         }
-        left[first] = false;
+        let mut rays = Self::blank([x, y, z], sense, packet.own);
         // Lanes without a ray follow the first one.
-        let of = |lanes: &Lanes| -> Lanes {
-            let other = lanes[first];
-            array::from_fn(|l| if taken[l] { lanes[l] } else { other })
-        };
-        let origin = packet.origin.each_ref().map(of);
-        let direction = packet.direction.each_ref().map(of);
-        let length: Lanes = array::from_fn(|l| direction[z][l].abs());
-        let inverse_length: Lanes = array::from_fn(|l| 1.0 / length[l]);
-        let mut mixed = false;
-        let mut inverse = [[0.0; LANES]; 3];
-        let mut offset = [[0.0; LANES]; 3];
-        let (mut enter, mut leave) = ([0; 3], [0; 3]);
-        for axis in 0..3 {
-            let negative = direction[axis][first].is_sign_negative();
-            enter[axis] = axis + if negative { 3 } else { 0 };
-            leave[axis] = axis + if negative { 0 } else { 3 };
+        let (mut origin, mut direction) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3]);
+        for a in 0..3 {
+            let (first_o, first_d) = (packet.origin[a][first], d[a]);
             for l in 0..LANES {
-                let d = direction[axis][l] * inverse_length[l];
-                mixed |= d.is_sign_negative() != negative;
-                inverse[axis][l] = 1.0 / d.abs().max(LEAST_SLOPE).copysign(d);
-                offset[axis][l] = origin[axis][l] * inverse[axis][l];
+                origin[a][l] = if taken[l] { packet.origin[a][l] } else { first_o };
+                direction[a][l] = if taken[l] { packet.direction[a][l] } else { first_d };
             }
         }
-        let slope = [x, y].map(|a| {
-            array::from_fn(|l| direction[a][l] * inverse_length[l] * sense)
-        });
-        let foot = array::from_fn(|i| {
-            let a = [x, y][i];
-            array::from_fn(|l| origin[a][l] - slope[i][l] * origin[z][l])
-        });
-        Some(Self {
-            axes: [x, y, z],
-            sense,
-            slope,
-            foot,
-            start: array::from_fn(|l| sense * origin[z][l]),
-            inverse,
-            offset,
-            enter,
-            leave,
-            mixed,
-            length,
-            own: packet.own,
-            best: array::from_fn(|l| {
-                if taken[l] { packet.far[l] * length[l] } else { f32::NEG_INFINITY }
-            }),
+        let mut inverse_length = [0.0; LANES];
+        for l in 0..LANES {
+            rays.length[l] = direction[z][l].abs();
+            inverse_length[l] = 1.0 / rays.length[l];
+            rays.start[l] = sense * origin[z][l];
+            let far = packet.far[l] * rays.length[l];
+            rays.best[l] = if taken[l] { far } else { f32::NEG_INFINITY };
+        }
+        let mut mixed = 0_u32;
+        for a in 0..3 {
+            let negative = d[a].is_sign_negative();
+            rays.enter[a] = a + if negative { 3 } else { 0 };
+            rays.leave[a] = a + if negative { 0 } else { 3 };
+            for l in 0..LANES {
+                let d = direction[a][l] * inverse_length[l];
+                mixed |= u32::from(d.is_sign_negative() != negative);
+                rays.inverse[a][l] = 1.0 / max(d.abs(), LEAST_SLOPE).copysign(d);
+                rays.offset[a][l] = origin[a][l] * rays.inverse[a][l];
+            }
+        }
+        rays.mixed = mixed != 0;
+        for (i, a) in [x, y].into_iter().enumerate() {
+            for l in 0..LANES {
+                let slope = direction[a][l] * inverse_length[l] * sense;
+                rays.slope[i][l] = slope;
+                rays.foot[i][l] = origin[a][l] - slope * origin[z][l];
+            }
+        }
+        Some(rays)
+    }
+
+    /// Rays still to be filled in, that have met nothing.
+    #[inline(always)]
+    fn blank(axes: [usize; 3], sense: f32, own: [u32; LANES]) -> Self {
+        const ZERO: Lanes = [0.0; LANES];
+        Self {
+            best: ZERO,
+            inverse: [ZERO; 3],
+            offset: [ZERO; 3],
+            slope: [ZERO; 2],
+            foot: [ZERO; 2],
+            start: ZERO,
+            length: ZERO,
+            own,
             item: [NOTHING; LANES],
-            u: [0.0; LANES],
-            v: [0.0; LANES],
+            u: ZERO,
+            v: ZERO,
             distance: [f32::INFINITY; LANES],
-        })
+            axes,
+            sense,
+            enter: [0; 3],
+            leave: [0; 3],
+            mixed: false,
+        }
     }
 
     /// Visits the boxes that rays enter before their best hit.
@@ -184,7 +199,8 @@ impl Rays {
         let mut stack = [0_u32; DEEPEST.next_power_of_two()];
         let mut top = 0;
         let mut at = 0;
-        let far_first = array::from_fn::<_, 3, _>(|axis| u32::from(self.enter[axis] > 2));
+        let backwards = |axis: usize| u32::from(self.enter[axis] > 2);
+        let far_first = [backwards(0), backwards(1), backwards(2)];
         loop {
             let node = &bvh.nodes[at as usize];
             if self.enters::<MIXED>(node) {
@@ -214,8 +230,9 @@ impl Rays {
     /// Whether any ray enters the box before its best hit.
     #[inline(always)]
     fn enters<const MIXED: bool>(&self, node: &Node) -> bool {
-        let [ex, ey, ez] = self.enter.map(|i| node.bounds[i]);
-        let [lx, ly, lz] = self.leave.map(|i| node.bounds[i]);
+        let b = &node.bounds;
+        let [ex, ey, ez] = [b[self.enter[0]], b[self.enter[1]], b[self.enter[2]]];
+        let [lx, ly, lz] = [b[self.leave[0]], b[self.leave[1]], b[self.leave[2]]];
         let ([ix, iy, iz], [ox, oy, oz]) = (&self.inverse, &self.offset);
         let mut any = 0_u32;
         for l in 0..LANES {
@@ -224,6 +241,7 @@ impl Rays {
             let (z0, z1) = (ez * iz[l] - oz[l], lz * iz[l] - oz[l]);
             let (x0, x1) = if MIXED { (min(x0, x1), max(x0, x1)) } else { (x0, x1) };
             let (y0, y1) = if MIXED { (min(y0, y1), max(y0, y1)) } else { (y0, y1) };
+            let (z0, z1) = if MIXED { (min(z0, z1), max(z0, z1)) } else { (z0, z1) };
             let from = max(max(x0, y0), max(z0, 0.0));
             let to = min(min(x1, y1), min(z1, self.best[l]));
             any |= u32::from(from <= to);
@@ -259,7 +277,7 @@ impl Rays {
         if any == 0 {
             return;
         }
-        let mut close = 0_u32;
+        let mut unclear = 0_u32;
         for l in 0..LANES {
             let (a, b, c) = (ea[l], eb[l], ec[l]);
             let (least, most) = (min(min(a, b), c), max(max(a, b), c));
@@ -276,9 +294,12 @@ impl Rays {
                 & (distance + slab > 0.0)
                 & (until < self.best[l])
                 & (self.own[l] != triangle.solid);
-            close |= u32::from(met & (near <= 0.0));
+            let clear = (near > 0.0) & (det.abs() > n[NOISE]);
+            unclear |= u32::from(met & !clear);
+            let met = met & clear;
             let item = 2 * triangle.solid + u32::from(det < 0.0);
-            self.best[l] = if met { if ANY { f32::NEG_INFINITY } else { near } } else { self.best[l] };
+            let best = if ANY { f32::NEG_INFINITY } else { near };
+            self.best[l] = if met { best } else { self.best[l] };
             self.item[l] = if met { item } else { self.item[l] };
             if !ANY {
                 self.u[l] = if met { b * inverse } else { self.u[l] };
@@ -286,7 +307,40 @@ impl Rays {
                 self.distance[l] = if met { distance } else { self.distance[l] };
             }
         }
-        let _ = (close, bvh);
+        if unclear != 0 {
+            self.test_closely::<ANY>(bvh, triangle, [ea, eb, ec]);
+        }
+    }
+
+    /// Meets a triangle that some rays begin on or see edge on, unless it continues the plane of
+    /// their own.
+    #[cold]
+    #[inline(never)]
+    fn test_closely<const ANY: bool>(&mut self, bvh: &Bvh, triangle: &Triangle, edges: [Lanes; 3]) {
+        let n = &triangle.numbers;
+        let z = self.axes[2];
+        for l in 0..LANES {
+            let [a, b, c] = [edges[0][l], edges[1][l], edges[2][l]];
+            let det = (a + b) + c;
+            let inside = min(min(a, b), c) >= 0.0 || max(max(a, b), c) <= 0.0;
+            if !inside || det == 0.0 || self.own[l] == triangle.solid {
+                continue;
+            }
+            let inverse = 1.0 / det;
+            let along = ((a * n[z] + b * n[3 + z]) + c * n[6 + z]) * inverse;
+            let distance = self.sense * along - self.start[l];
+            let slab = n[SLAB] * inverse;
+            let near = distance - slab;
+            let until = if ANY { distance + slab.abs() } else { near };
+            let clear = near > 0.0 && det.abs() > n[NOISE];
+            let met = !clear && distance + slab > 0.0 && until < self.best[l];
+            if met && !bvh.continues(triangle, self.own[l]) {
+                self.best[l] = if ANY { f32::NEG_INFINITY } else { near };
+                self.item[l] = 2 * triangle.solid + u32::from(det < 0.0);
+                (self.u[l], self.v[l]) = (b * inverse, c * inverse);
+                self.distance[l] = distance;
+            }
+        }
     }
 
     /// Hands over what the rays met.
@@ -315,15 +369,41 @@ fn max(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
 }
 
+/// Normals with a smaller sine between them are those of one plane: single precision turns those of
+/// small triangles by as much.
+const PARALLEL: f64 = 1e-3;
+
+impl Bvh {
+    /// Whether a triangle is parallel to the solid triangle `own` and faces the same way.
+    fn continues(&self, triangle: &Triangle, own: u32) -> bool {
+        let place = self.place.get(own as usize).map_or(NOTHING, |&p| p);
+        self.triangles.get(place as usize).is_some_and(|own| {
+            let (m, n) = (own.normal(), triangle.normal());
+            let along = m.dot(n);
+            along > 0.0 && m.cross(n).length() <= PARALLEL * along
+        })
+    }
+}
+
 impl Triangle {
     /// Triangle number `solid` with these corners.
-    pub(super) fn new(corners: [glam::Vec3; 3], solid: u32) -> Self {
+    pub(super) fn new(corners: [Vec3; 3], solid: u32) -> Self {
         let mut numbers = [0.0; 11];
         for (numbers, corner) in numbers.chunks_exact_mut(3).zip(corners) {
             numbers.copy_from_slice(&corner.to_array());
         }
-        let [a, b, c] = corners.map(|v| v.as_dvec3());
-        numbers[SLAB] = (ROUNDING * (b - a).cross(c - a).length()) as f32;
-        Self { numbers, solid }
+        let mut triangle = Self { numbers, solid };
+        let [a, b, c] = corners;
+        let perimeter = (b - a).length() + (c - b).length() + (a - c).length();
+        triangle.numbers[NOISE] = 4.0 * ROUNDING as f32 * perimeter;
+        triangle.numbers[SLAB] = (ROUNDING * triangle.normal().length()) as f32;
+        triangle
+    }
+
+    /// Normal, as long as twice the area.
+    fn normal(&self) -> DVec3 {
+        let [ax, ay, az, bx, by, bz, cx, cy, cz, ..] = self.numbers.map(f64::from);
+        let (a, b, c) = (dvec3(ax, ay, az), dvec3(bx, by, bz), dvec3(cx, cy, cz));
+        (b - a).cross(c - a)
     }
 }
