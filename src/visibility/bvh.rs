@@ -83,8 +83,8 @@ struct Triangle {
 /// Where in [`Triangle::numbers`] [`ROUNDING`] times twice the area is.
 const SLAB: usize = 9;
 
-/// Where in [`Triangle::numbers`] four times [`ROUNDING`] times the perimeter is: twice the area of a
-/// drawing is rounding noise below that, and the triangle is seen edge on.
+/// Where in [`Triangle::numbers`] 16 times [`ROUNDING`] times the perimeter is: twice the area of a
+/// drawing may be rounding noise below that, and the triangle is seen edge on.
 const NOISE: usize = 10;
 
 /// What a single ray meets.

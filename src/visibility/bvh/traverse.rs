@@ -395,7 +395,7 @@ impl Triangle {
         let mut triangle = Self { numbers, solid };
         let [a, b, c] = corners;
         let perimeter = (b - a).length() + (c - b).length() + (a - c).length();
-        triangle.numbers[NOISE] = 4.0 * ROUNDING as f32 * perimeter;
+        triangle.numbers[NOISE] = 16.0 * ROUNDING as f32 * perimeter;
         triangle.numbers[SLAB] = (ROUNDING * triangle.normal().length()) as f32;
         triangle
     }
