@@ -57,16 +57,61 @@ fn blocked_kernel(bvh: &Bvh, packets: &[Packet], blocked: &mut [u16]) {
     }
 }
 
+/// All bits set in the lanes that it holds for, none in the others.
+type Mask = [u32; LANES];
+
 impl Packet {
     /// The lanes that hold a ray.
     #[inline(always)]
-    fn lanes(&self) -> [bool; LANES] {
-        let mut lanes = [false; LANES];
+    fn lanes(&self) -> Mask {
+        let mut lanes = [0; LANES];
         for l in 0..LANES {
-            lanes[l] = self.far[l] > 0.0;
+            lanes[l] = mask(self.far[l] > 0.0);
         }
         lanes
     }
+}
+
+#[inline(always)]
+fn mask(condition: bool) -> u32 {
+    u32::from(condition).wrapping_neg()
+}
+
+/// Lanes of `a` where the mask is set, else of `b`; without a branch, even if that saves loading.
+#[inline(always)]
+fn select(mask: u32, a: f32, b: f32) -> f32 {
+    f32::from_bits((a.to_bits() & mask) | (b.to_bits() & !mask))
+}
+
+/// A number for each lane. Loops over lanes stand alone, never in loops over axes, which compilers
+/// would rather vectorise.
+#[inline(always)]
+fn each(number: impl Fn(usize) -> f32) -> Lanes {
+    let mut lanes = [0.0; LANES];
+    for l in 0..LANES {
+        lanes[l] = number(l);
+    }
+    lanes
+}
+
+/// Whether lanes differ in sign.
+#[inline(always)]
+fn differ(lanes: &Lanes) -> bool {
+    let first = lanes[0].to_bits();
+    let mut differ = 0;
+    for l in 0..LANES {
+        differ |= lanes[l].to_bits() ^ first;
+    }
+    differ >> 31 != 0
+}
+
+/// Inverse of the direction along an axis, in units of 1 over length along z.
+#[inline(always)]
+fn inverse(direction: &Lanes, inverse_length: &Lanes) -> Lanes {
+    each(|l| {
+        let d = direction[l] * inverse_length[l];
+        1.0 / max(d.abs(), LEAST_SLOPE).copysign(d)
+    })
 }
 
 /// Rays of a packet that run along the same axis in the same sense.
@@ -107,8 +152,11 @@ struct Rays {
 impl Rays {
     /// Takes rays that can be drawn alike from those `left` of a packet; `None` if none is left.
     #[inline(always)]
-    fn alike(packet: &Packet, left: &mut [bool; LANES]) -> Option<Self> {
-        let first = left.iter().position(|&l| l)?;
+    fn alike(packet: &Packet, left: &mut Mask) -> Option<Self> {
+        if left.iter().fold(0, |any, l| any | l) == 0 {
+            return None;
+        }
+        let first = left.iter().position(|&l| l != 0)?;
         let [dx, dy, dz] = &packet.direction;
         let d = [dx[first], dy[first], dz[first]];
         let z = if d[1].abs() > d[0].abs() { 1 } else { 0 };
@@ -117,60 +165,54 @@ impl Rays {
         let (x, y) =
             if sense > 0.0 { ((z + 2) % 3, (z + 1) % 3) } else { ((z + 1) % 3, (z + 2) % 3) };
         let [dx, dy, dz] = [&packet.direction[x], &packet.direction[y], &packet.direction[z]];
-        let mut taken = [false; LANES];
+        let mut taken = [0; LANES];
         for l in 0..LANES {
             let along = sense * dz[l];
             let across = max(dx[l].abs(), dy[l].abs());
-            taken[l] = left[l] & (across <= STEEPEST * along) & (along < f32::INFINITY);
+            taken[l] = left[l] & mask((across <= STEEPEST * along) & (along < f32::INFINITY));
         }
-        left[first] = false;
+        left[first] = 0;
         for l in 0..LANES {
             left[l] &= !taken[l];
         }
-        let mut rays = Self::blank([x, y, z], sense, packet.own);
+        let mut rays = Self::blank([x, y, z], d, packet.own);
         // Lanes without a ray follow the first one.
-        let (mut origin, mut direction) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3]);
-        for a in 0..3 {
-            let (first_o, first_d) = (packet.origin[a][first], d[a]);
-            for l in 0..LANES {
-                origin[a][l] = if taken[l] { packet.origin[a][l] } else { first_o };
-                direction[a][l] = if taken[l] { packet.direction[a][l] } else { first_d };
-            }
-        }
+        let follow = |lanes: &Lanes| {
+            let other = lanes[first];
+            each(|l| select(taken[l], lanes[l], other))
+        };
+        let ([ox, oy, oz], [dx, dy, dz]) = (&packet.origin, &packet.direction);
+        let (origin, direction) =
+            ([follow(ox), follow(oy), follow(oz)], [follow(dx), follow(dy), follow(dz)]);
+        let (along, start) = (&direction[z], &origin[z]);
         let mut inverse_length = [0.0; LANES];
         for l in 0..LANES {
-            rays.length[l] = direction[z][l].abs();
-            inverse_length[l] = 1.0 / rays.length[l];
-            rays.start[l] = sense * origin[z][l];
-            let far = packet.far[l] * rays.length[l];
-            rays.best[l] = if taken[l] { far } else { f32::NEG_INFINITY };
+            let length = along[l].abs();
+            rays.length[l] = length;
+            inverse_length[l] = 1.0 / length;
+            rays.start[l] = sense * start[l];
+            rays.best[l] = select(taken[l], packet.far[l] * length, f32::NEG_INFINITY);
         }
-        let mut mixed = 0_u32;
-        for a in 0..3 {
-            let negative = d[a].is_sign_negative();
-            rays.enter[a] = a + if negative { 3 } else { 0 };
-            rays.leave[a] = a + if negative { 0 } else { 3 };
-            for l in 0..LANES {
-                let d = direction[a][l] * inverse_length[l];
-                mixed |= u32::from(d.is_sign_negative() != negative);
-                rays.inverse[a][l] = 1.0 / max(d.abs(), LEAST_SLOPE).copysign(d);
-                rays.offset[a][l] = origin[a][l] * rays.inverse[a][l];
-            }
-        }
-        rays.mixed = mixed != 0;
-        for (i, a) in [x, y].into_iter().enumerate() {
-            for l in 0..LANES {
-                let slope = direction[a][l] * inverse_length[l] * sense;
-                rays.slope[i][l] = slope;
-                rays.foot[i][l] = origin[a][l] - slope * origin[z][l];
-            }
-        }
+        let [ox, oy, oz] = &origin;
+        let [dx, dy, dz] = &direction;
+        rays.mixed = differ(dx) | differ(dy) | differ(dz);
+        rays.inverse = [
+            inverse(dx, &inverse_length),
+            inverse(dy, &inverse_length),
+            inverse(dz, &inverse_length),
+        ];
+        let [ix, iy, iz] = &rays.inverse;
+        rays.offset = [each(|l| ox[l] * ix[l]), each(|l| oy[l] * iy[l]), each(|l| oz[l] * iz[l])];
+        let slope = |across: &Lanes| each(|l| across[l] * inverse_length[l] * sense);
+        rays.slope = [slope(&direction[x]), slope(&direction[y])];
+        let foot = |o: &Lanes, s: &Lanes| each(|l| o[l] - s[l] * start[l]);
+        rays.foot = [foot(&origin[x], &rays.slope[0]), foot(&origin[y], &rays.slope[1])];
         Some(rays)
     }
 
     /// Rays still to be filled in, that have met nothing.
     #[inline(always)]
-    fn blank(axes: [usize; 3], sense: f32, own: [u32; LANES]) -> Self {
+    fn blank(axes: [usize; 3], d: [f32; 3], own: [u32; LANES]) -> Self {
         const ZERO: Lanes = [0.0; LANES];
         Self {
             best: ZERO,
@@ -186,9 +228,9 @@ impl Rays {
             v: ZERO,
             distance: [f32::INFINITY; LANES],
             axes,
-            sense,
-            enter: [0; 3],
-            leave: [0; 3],
+            sense: 1.0_f32.copysign(d[axes[2]]),
+            enter: [0, 1, 2].map(|a| a + if d[a].is_sign_negative() { 3 } else { 0 }),
+            leave: [0, 1, 2].map(|a| a + if d[a].is_sign_negative() { 0 } else { 3 }),
             mixed: false,
         }
     }
