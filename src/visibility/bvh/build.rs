@@ -11,10 +11,10 @@ use super::{DEEPEST, INNER, Node, ROUNDING};
 const MARGIN: f32 = 2.0 * ROUNDING as f32;
 
 /// A leaf has at most this many triangles.
-const LARGEST_LEAF: usize = 4;
+const LARGEST_LEAF: usize = 8;
 
 /// Cost of testing a triangle in units of that of a box.
-const TRIANGLE_COST: f32 = 1.5;
+const TRIANGLE_COST: f32 = 0.7;
 
 /// Bins along each axis.
 const BINS: usize = 16;
@@ -87,7 +87,7 @@ pub(super) fn hierarchy(
     if items.is_empty() {
         return (Vec::new(), Vec::new());
     }
-    let mut nodes = vec![Node { bounds: [0.0; 6], first: 0, kind: 0 }; 2 * items.len() - 1];
+    let mut nodes = vec![Node([0.0; 8]); 2 * items.len() - 1];
     if let Some((root, below)) = nodes.split_first_mut() {
         subtree(&mut items, root, below, Place { node: 1, item: 0, depth: 0 });
     }
@@ -108,24 +108,22 @@ struct Place {
 fn subtree(items: &mut [Item], root: &mut Node, below: &mut [Node], at: Place) {
     let (bounds, middles) = extent(items);
     let (low, high) = (bounds.low - MARGIN, bounds.high + MARGIN);
-    root.bounds = [low.x, low.y, low.z, high.x, high.y, high.z];
+    *root = Node([low.x, low.y, low.z, high.x, high.y, high.z, 0.0, 0.0]);
+    let leaf = root.with(at.item as u32, items.len() as u32);
     let split = if at.depth < HALVED_FROM { best_split(items, bounds, middles) } else { None };
     let (axis, left) = match split {
         Some(Choice::Leaf) => {
-            root.first = at.item as u32;
-            root.kind = items.len() as u32;
+            *root = leaf;
             return;
         }
         Some(Choice::Split(split)) => (split.axis, partition(items, middles, split)),
         None if items.len() <= LARGEST_LEAF => {
-            root.first = at.item as u32;
-            root.kind = items.len() as u32;
+            *root = leaf;
             return;
         }
         None => (halve(items, middles), items.len() / 2),
     };
-    root.first = at.node as u32;
-    root.kind = INNER + axis as u32;
+    *root = root.with(at.node as u32, INNER + axis as u32);
     let (left_items, right_items) = items.split_at_mut(left);
     let [left_root, right_root, below @ ..] = below else { return };
     let (left_below, right_below) = below.split_at_mut(2 * left - 2);
@@ -273,10 +271,10 @@ fn compact(nodes: &[Node]) -> Vec<Node> {
     let mut open = vec![0];
     while let Some(at) = open.pop() {
         let node: Node = kept[at];
-        if node.kind >= INNER {
+        if node.kind() >= INNER {
             let first = kept.len();
-            kept[at].first = first as u32;
-            kept.extend_from_slice(&nodes[node.first as usize..][..2]);
+            kept[at] = node.with(first as u32, node.kind());
+            kept.extend_from_slice(&nodes[node.first() as usize..][..2]);
             open.extend([first + 1, first]);
         }
     }

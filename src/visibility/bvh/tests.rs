@@ -424,17 +424,17 @@ fn every_triangle_is_in_one_leaf_within_its_boxes() {
     while let Some((at, depth, [low, high])) = open.pop() {
         assert!(depth <= DEEPEST);
         let node: &Node = &bvh.nodes[at];
-        assert!((0..3).all(|a| node.bounds[a] >= low && node.bounds[3 + a] <= high));
+        assert!((0..3).all(|a| node.0[a] >= low && node.0[3 + a] <= high));
         let range = [f32::NEG_INFINITY, f32::INFINITY];
-        if node.kind >= INNER {
-            open.extend([0, 1].map(|k| (node.first as usize + k, depth + 1, range)));
+        if node.kind() >= INNER {
+            open.extend([0, 1].map(|k| (node.first() as usize + k, depth + 1, range)));
             continue;
         }
-        for t in node.first as usize..(node.first + node.kind) as usize {
+        for t in node.first() as usize..(node.first() + node.kind()) as usize {
             found[t] += 1;
             for corner in bvh.triangles[t].numbers[..9].chunks(3) {
                 assert!(
-                    (0..3).all(|a| node.bounds[a] < corner[a] && corner[a] < node.bounds[3 + a])
+                    (0..3).all(|a| node.0[a] < corner[a] && corner[a] < node.0[3 + a])
                 );
             }
         }

@@ -94,6 +94,12 @@ fn each(number: impl Fn(usize) -> f32) -> Lanes {
     lanes
 }
 
+/// 1 if negative, else 0.
+#[inline(always)]
+fn sign(x: f32) -> u32 {
+    x.to_bits() >> 31
+}
+
 /// Whether lanes differ in sign.
 #[inline(always)]
 fn differ(lanes: &Lanes) -> bool {
@@ -145,6 +151,8 @@ struct Rays {
     /// Index in [`Node::bounds`] of the plane through which rays enter and leave a box.
     enter: [usize; 3],
     leave: [usize; 3],
+    /// Bit a is set if rays (the first of them) go backwards along axis a.
+    backwards: u32,
     /// Whether rays differ in sense along some axis.
     mixed: bool,
 }
@@ -229,8 +237,9 @@ impl Rays {
             distance: [f32::INFINITY; LANES],
             axes,
             sense: 1.0_f32.copysign(d[axes[2]]),
-            enter: [0, 1, 2].map(|a| a + if d[a].is_sign_negative() { 3 } else { 0 }),
-            leave: [0, 1, 2].map(|a| a + if d[a].is_sign_negative() { 0 } else { 3 }),
+            enter: [0, 1, 2].map(|a| a + 3 * sign(d[a]) as usize),
+            leave: [0, 1, 2].map(|a| a + 3 - 3 * sign(d[a]) as usize),
+            backwards: sign(d[0]) | sign(d[1]) << 1 | sign(d[2]) << 2,
             mixed: false,
         }
     }
@@ -241,20 +250,18 @@ impl Rays {
         let mut stack = [0_u32; DEEPEST.next_power_of_two()];
         let mut top = 0;
         let mut at = 0;
-        let backwards = |axis: usize| u32::from(self.enter[axis] > 2);
-        let far_first = [backwards(0), backwards(1), backwards(2)];
         loop {
             let node = &bvh.nodes[at as usize];
             if self.enters::<MIXED>(node) {
-                if node.kind >= INNER {
-                    let far_first = far_first[(node.kind & 3) as usize];
-                    stack[top % DEEPEST.next_power_of_two()] = node.first + 1 - far_first;
+                if node.kind() >= INNER {
+                    let near = self.backwards >> (node.kind() & 3) & 1;
+                    stack[top % DEEPEST.next_power_of_two()] = node.first() + (1 - near);
                     top += 1;
-                    at = node.first + far_first;
+                    at = node.first() + near;
                     continue;
                 }
-                let first = node.first as usize;
-                for triangle in &bvh.triangles[first..first + node.kind as usize] {
+                let first = node.first() as usize;
+                for triangle in &bvh.triangles[first..first + node.kind() as usize] {
                     self.test::<ANY>(bvh, triangle);
                 }
                 if ANY && self.best.iter().all(|&b| b == f32::NEG_INFINITY) {
@@ -272,9 +279,11 @@ impl Rays {
     /// Whether any ray enters the box before its best hit.
     #[inline(always)]
     fn enters<const MIXED: bool>(&self, node: &Node) -> bool {
-        let b = &node.bounds;
-        let [ex, ey, ez] = [b[self.enter[0]], b[self.enter[1]], b[self.enter[2]]];
-        let [lx, ly, lz] = [b[self.leave[0]], b[self.leave[1]], b[self.leave[2]]];
+        let plane = |i: usize| node.0[i % 8];
+        let [ex, ey, ez] = self.enter;
+        let (ex, ey, ez) = (plane(ex), plane(ey), plane(ez));
+        let [lx, ly, lz] = self.leave;
+        let (lx, ly, lz) = (plane(lx), plane(ly), plane(lz));
         let ([ix, iy, iz], [ox, oy, oz]) = (&self.inverse, &self.offset);
         let mut any = 0_u32;
         for l in 0..LANES {
@@ -296,6 +305,10 @@ impl Rays {
     fn test<const ANY: bool>(&mut self, bvh: &Bvh, triangle: &Triangle) {
         let n = &triangle.numbers;
         let [x, y, z] = self.axes;
+        // Never so: spares checking each index.
+        if x > 2 || y > 2 || z > 2 {
+            return;
+        }
         let ([sx, sy], [fx, fy]) = (&self.slope, &self.foot);
         let (az, bz, cz) = (n[z], n[3 + z], n[6 + z]);
         let (mut ea, mut eb, mut ec) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
