@@ -433,9 +433,7 @@ fn every_triangle_is_in_one_leaf_within_its_boxes() {
         for t in node.first() as usize..(node.first() + node.kind()) as usize {
             found[t] += 1;
             for corner in bvh.triangles[t].numbers[..9].chunks(3) {
-                assert!(
-                    (0..3).all(|a| node.0[a] < corner[a] && corner[a] < node.0[3 + a])
-                );
+                assert!((0..3).all(|a| node.0[a] < corner[a] && corner[a] < node.0[3 + a]));
             }
         }
     }
