@@ -9,6 +9,7 @@
 pub(crate) const LANES: usize = 16;
 
 /// The versions of each kernel.
+#[cfg(any(test, target_arch = "x86_64"))]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Version {
     /// What every processor of this architecture runs.
@@ -19,9 +20,9 @@ pub(crate) enum Version {
     Avx512,
 }
 
+#[cfg(target_arch = "x86_64")]
 impl Version {
     /// The widest that this processor runs.
-    #[cfg(target_arch = "x86_64")]
     pub fn detect() -> Self {
         let avx2 = std::is_x86_feature_detected!("avx2")
             && std::is_x86_feature_detected!("bmi1")

@@ -420,19 +420,22 @@ fn every_triangle_is_in_one_leaf_within_its_boxes() {
     let g = soup(3_000, 0.05, &mut Noise(11));
     let bvh = Bvh::new(&g);
     let mut found = vec![0; bvh.triangles.len()];
-    let mut open = vec![(0, 0, [f32::NEG_INFINITY, f32::INFINITY])];
-    while let Some((at, depth, [low, high])) = open.pop() {
+    let mut open = vec![(0, 0)];
+    while let Some((at, depth)) = open.pop() {
         assert!(depth <= DEEPEST);
-        let node: &Node = &bvh.nodes[at];
-        assert!((0..3).all(|a| node.0[a] >= low && node.0[3 + a] <= high));
-        let range = [f32::NEG_INFINITY, f32::INFINITY];
+        let node = &bvh.nodes[at];
         if node.kind() >= INNER {
-            open.extend([0, 1].map(|k| (node.first() as usize + k, depth + 1, range)));
+            for child in [node.first() as usize, node.first() as usize + 1] {
+                let inner = &bvh.nodes[child];
+                assert!((0..3).all(|a| node.0[a] <= inner.0[a] && inner.0[3 + a] <= node.0[3 + a]));
+                open.push((child, depth + 1));
+            }
             continue;
         }
-        for t in node.first() as usize..(node.first() + node.kind()) as usize {
-            found[t] += 1;
-            for corner in bvh.triangles[t].numbers[..9].chunks(3) {
+        let leaf = node.first() as usize..(node.first() + node.kind()) as usize;
+        found[leaf.clone()].iter_mut().for_each(|n| *n += 1);
+        for triangle in &bvh.triangles[leaf] {
+            for corner in triangle.numbers[..9].chunks(3) {
                 assert!((0..3).all(|a| node.0[a] < corner[a] && corner[a] < node.0[3 + a]));
             }
         }

@@ -1,5 +1,7 @@
 //! Packets through the hierarchy: one box or one triangle against 16 rays.
 
+#![allow(clippy::needless_range_loop, reason = "loops over lanes, which become vectors")]
+
 use glam::{DVec3, Vec3, dvec3};
 
 use super::{
