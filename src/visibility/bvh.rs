@@ -28,7 +28,9 @@
 
 mod build;
 mod packet;
+mod rays;
 mod traverse;
+mod triangle;
 #[cfg(test)]
 mod tests;
 
