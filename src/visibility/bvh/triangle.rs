@@ -5,104 +5,109 @@
 use glam::{DVec3, Vec3, dvec3};
 
 use super::rays::{Rays, max, min};
-use super::{Bvh, LANES, Lanes, NOISE, NOTHING, ROUNDING, SLAB, Triangle};
+use super::{Bvh, LANES, NOISE, NOTHING, ROUNDING, SLAB, Triangle};
+
+/// How a ray and the plane of a triangle meet.
+struct Meeting {
+    /// Whether they do within the edges.
+    inside: bool,
+    /// Twice the area of the drawing, negative for a back.
+    double_area: f32,
+    /// Distance to the plane.
+    distance: f32,
+    /// Half the distance along the ray between the two faces of the slab; negative for a back.
+    slab: f32,
+    /// Barycentric coordinates of corners b and c.
+    u: f32,
+    v: f32,
+}
 
 impl Rays {
-    /// Meets a triangle.
+    /// Draws a triangle for the ray in lane `l`, in `axes` of the drawing.
     #[inline(always)]
-    pub(super) fn test<const ANY: bool>(&mut self, bvh: &Bvh, triangle: &Triangle) {
-        let n = &triangle.numbers;
-        let [x, y, z] = self.axes;
-        // Never so: spares checking each index.
-        if x > 2 || y > 2 || z > 2 {
-            return;
-        }
+    fn meeting(&self, [x, y, z]: [usize; 3], n: &[f32; 11], l: usize) -> Meeting {
         let ([sx, sy], [fx, fy]) = (&self.slope, &self.foot);
         let (az, bz, cz) = (n[z], n[3 + z], n[6 + z]);
-        let (mut ea, mut eb, mut ec) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
-        let mut any = 0_u32;
-        for l in 0..LANES {
-            let ax = n[x] - (sx[l] * az + fx[l]);
-            let ay = n[y] - (sy[l] * az + fy[l]);
-            let bx = n[3 + x] - (sx[l] * bz + fx[l]);
-            let by = n[3 + y] - (sy[l] * bz + fy[l]);
-            let cx = n[6 + x] - (sx[l] * cz + fx[l]);
-            let cy = n[6 + y] - (sy[l] * cz + fy[l]);
-            let a = bx * cy - cx * by;
-            let b = cx * ay - ax * cy;
-            let c = ax * by - bx * ay;
-            ea[l] = a;
-            eb[l] = b;
-            ec[l] = c;
-            let (least, most) = (min(min(a, b), c), max(max(a, b), c));
-            any |= u32::from((least >= 0.0) | (most <= 0.0));
+        let ax = n[x] - (sx[l] * az + fx[l]);
+        let ay = n[y] - (sy[l] * az + fy[l]);
+        let bx = n[3 + x] - (sx[l] * bz + fx[l]);
+        let by = n[3 + y] - (sy[l] * bz + fy[l]);
+        let cx = n[6 + x] - (sx[l] * cz + fx[l]);
+        let cy = n[6 + y] - (sy[l] * cz + fy[l]);
+        let a = bx * cy - cx * by;
+        let b = cx * ay - ax * cy;
+        let c = ax * by - bx * ay;
+        let (least, most) = (min(min(a, b), c), max(max(a, b), c));
+        let double_area = (a + b) + c;
+        let inverse = 1.0 / double_area;
+        let along = ((a * az + b * bz) + c * cz) * inverse;
+        Meeting {
+            inside: ((least >= 0.0) | (most <= 0.0)) & (double_area != 0.0),
+            double_area,
+            distance: self.sense * along - self.start[l],
+            slab: n[SLAB] * inverse,
+            u: b * inverse,
+            v: c * inverse,
         }
-        if any == 0 {
+    }
+
+    /// Whether the ray in lane `l` meets a triangle before its best hit, and whether single
+    /// precision can tell.
+    #[inline(always)]
+    fn meets<const ANY: bool>(&self, m: &Meeting, triangle: &Triangle, l: usize) -> (bool, bool) {
+        let near = m.distance - m.slab;
+        let until = if ANY { m.distance + m.slab.abs() } else { near };
+        let met = m.inside
+            & (m.distance + m.slab > 0.0)
+            & (until < self.best[l])
+            & (self.own[l] != triangle.solid);
+        (met, (near > 0.0) & (m.double_area.abs() > triangle.numbers[NOISE]))
+    }
+
+    /// Makes a triangle the best hit of lane `l` if it is `met`.
+    #[inline(always)]
+    fn keep<const ANY: bool>(&mut self, met: bool, m: &Meeting, triangle: &Triangle, l: usize) {
+        let best = if ANY { f32::NEG_INFINITY } else { m.distance - m.slab };
+        let item = 2 * triangle.solid + u32::from(m.double_area < 0.0);
+        self.best[l] = if met { best } else { self.best[l] };
+        self.item[l] = if met { item } else { self.item[l] };
+        if !ANY {
+            self.u[l] = if met { m.u } else { self.u[l] };
+            self.v[l] = if met { m.v } else { self.v[l] };
+            self.distance[l] = if met { m.distance } else { self.distance[l] };
+        }
+    }
+
+    /// Tests a triangle against all rays.
+    #[inline(always)]
+    pub(super) fn test<const ANY: bool>(&mut self, bvh: &Bvh, triangle: &Triangle) {
+        let axes = self.axes;
+        // Never so: spares checking each index.
+        if axes[0] > 2 || axes[1] > 2 || axes[2] > 2 {
             return;
         }
         let mut unclear = 0_u32;
         for l in 0..LANES {
-            let (a, b, c) = (ea[l], eb[l], ec[l]);
-            let (least, most) = (min(min(a, b), c), max(max(a, b), c));
-            let inside = (least >= 0.0) | (most <= 0.0);
-            let det = (a + b) + c;
-            let inverse = 1.0 / det;
-            let distance = self.sense * (((a * az + b * bz) + c * cz) * inverse) - self.start[l];
-            // Fronts have positive edge functions.
-            let slab = n[SLAB] * inverse;
-            let near = distance - slab;
-            let until = if ANY { distance + slab.abs() } else { near };
-            let met = inside
-                & (det != 0.0)
-                & (distance + slab > 0.0)
-                & (until < self.best[l])
-                & (self.own[l] != triangle.solid);
-            let clear = (near > 0.0) & (det.abs() > n[NOISE]);
+            let m = self.meeting(axes, &triangle.numbers, l);
+            let (met, clear) = self.meets::<ANY>(&m, triangle, l);
             unclear |= u32::from(met & !clear);
-            let met = met & clear;
-            let item = 2 * triangle.solid + u32::from(det < 0.0);
-            let best = if ANY { f32::NEG_INFINITY } else { near };
-            self.best[l] = if met { best } else { self.best[l] };
-            self.item[l] = if met { item } else { self.item[l] };
-            if !ANY {
-                self.u[l] = if met { b * inverse } else { self.u[l] };
-                self.v[l] = if met { c * inverse } else { self.v[l] };
-                self.distance[l] = if met { distance } else { self.distance[l] };
-            }
+            self.keep::<ANY>(met & clear, &m, triangle, l);
         }
         if unclear != 0 {
-            self.test_closely::<ANY>(bvh, triangle, [ea, eb, ec]);
+            self.test_closely::<ANY>(bvh, triangle);
         }
     }
 
-    /// Meets a triangle that some rays begin on or see edge on, unless it continues the plane of
-    /// their own.
+    /// Tests a triangle that some rays begin on or see edge on: these do not meet what continues
+    /// the plane of their own.
     #[cold]
     #[inline(never)]
-    fn test_closely<const ANY: bool>(&mut self, bvh: &Bvh, triangle: &Triangle, edges: [Lanes; 3]) {
-        let n = &triangle.numbers;
-        let z = self.axes[2];
+    fn test_closely<const ANY: bool>(&mut self, bvh: &Bvh, triangle: &Triangle) {
         for l in 0..LANES {
-            let [a, b, c] = [edges[0][l], edges[1][l], edges[2][l]];
-            let det = (a + b) + c;
-            let inside = min(min(a, b), c) >= 0.0 || max(max(a, b), c) <= 0.0;
-            if !inside || det == 0.0 || self.own[l] == triangle.solid {
-                continue;
-            }
-            let inverse = 1.0 / det;
-            let along = ((a * n[z] + b * n[3 + z]) + c * n[6 + z]) * inverse;
-            let distance = self.sense * along - self.start[l];
-            let slab = n[SLAB] * inverse;
-            let near = distance - slab;
-            let until = if ANY { distance + slab.abs() } else { near };
-            let clear = near > 0.0 && det.abs() > n[NOISE];
-            let met = !clear && distance + slab > 0.0 && until < self.best[l];
-            if met && !bvh.continues(triangle, self.own[l]) {
-                self.best[l] = if ANY { f32::NEG_INFINITY } else { near };
-                self.item[l] = 2 * triangle.solid + u32::from(det < 0.0);
-                (self.u[l], self.v[l]) = (b * inverse, c * inverse);
-                self.distance[l] = distance;
-            }
+            let m = self.meeting(self.axes, &triangle.numbers, l);
+            let (met, clear) = self.meets::<ANY>(&m, triangle, l);
+            let met = met && !clear && !bvh.continues(triangle, self.own[l]);
+            self.keep::<ANY>(met, &m, triangle, l);
         }
     }
 }
