@@ -26,6 +26,14 @@
 //! within the scene can err by; so no box hides a hit (as Ize 2013, "Robust BVH ray traversal", by
 //! other means).
 
+//!
+//! # Limits
+//!
+//! A ray that starts within 2δ of an edge of its own triangle may pass between that and its
+//! neighbour: what it begins on, it does not meet. Rays that leave the back of a triangle as near to
+//! an edge may meet a neighbour in the same plane that is wound the other way. Meshes whose
+//! neighbours do not share vertices are as tight as their coordinates.
+
 mod build;
 mod packet;
 mod rays;

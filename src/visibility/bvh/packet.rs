@@ -11,9 +11,10 @@ pub type Lanes = [f32; LANES];
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(align(64))]
 pub struct Packet {
-    /// Where rays begin, in coordinates of [`Bvh::local`](super::Bvh::local).
+    /// Where rays begin, in coordinates of [`Bvh::local`](super::Bvh::local); within the scene or
+    /// some radii of it ([`Bvh::approach`](super::Bvh::approach)).
     pub origin: [Lanes; 3],
-    /// Where they go; of any length.
+    /// Where they go; of any length that is a normal number.
     pub direction: [Lanes; 3],
     /// Where they end, in units of the direction; may be infinite. There is no ray where it is not
     /// positive.
