@@ -25,7 +25,6 @@
 //! Boxes are wider by twice δ on all sides, which is more than slopes and products of coordinates
 //! within the scene can err by; so no box hides a hit (as Ize 2013, "Robust BVH ray traversal", by
 //! other means).
-
 //!
 //! # Limits
 //!
