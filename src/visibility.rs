@@ -4,12 +4,16 @@
 //! is kept: an item buffer (Weghorst, Hooper & Greenberg 1984). The same buffer serves the five
 //! faces of a hemicube and the tiles of a camera's picture.
 //!
+//! Rays that do not share a pinhole, as those that begin all over a patch, go through a hierarchy of
+//! boxes in packets ([`Bvh`]).
+//!
 //! Projection uses homogeneous two-dimensional edge functions (Olano & Greer 1997, "Triangle scan
 //! conversion using 2D homogeneous coordinates"): nothing is clipped, triangles may pass beside or
 //! behind the pinhole, and an edge shared by two triangles gives exactly opposite values on both, so
 //! that no pixel falls between them.
 
 mod bodies;
+mod bvh;
 mod covered;
 mod item_buffer;
 mod occluders;
@@ -18,6 +22,7 @@ mod simd;
 mod surroundings;
 
 pub(crate) use bodies::Bodies;
+pub use bvh::{Bvh, Hits, Lanes, Met, Packet};
 pub use covered::{COVERED, covered_triangles, uncover};
 pub(crate) use item_buffer::each_face;
 #[cfg(feature = "gpu")]
@@ -26,6 +31,8 @@ pub use item_buffer::{Edges, Face, ItemBuffer, PatchArea};
 pub use occluders::{Frame, Occluders, View};
 pub(crate) use occluders::{code, faces_of};
 pub use segments::{Blockers, ROUNDING, Sight};
+#[cfg(target_arch = "x86_64")]
+pub(crate) use simd::Version;
 pub(crate) use simd::{LANES, multiversion};
 pub use surroundings::{Glimpse, Surroundings, looks_inside_out, share};
 

@@ -8,6 +8,50 @@
 /// Kernels work on blocks of this many pixels.
 pub(crate) const LANES: usize = 16;
 
+/// The versions of each kernel.
+#[cfg(any(test, target_arch = "x86_64"))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Version {
+    /// What every processor of this architecture runs.
+    Portable,
+    /// With `avx2`, `bmi1`, `bmi2`, `lzcnt`, `popcnt`.
+    Avx2,
+    /// With those, `avx512f`, `avx512bw`, `avx512dq`, `avx512vl`.
+    Avx512,
+}
+
+#[cfg(target_arch = "x86_64")]
+impl Version {
+    /// The widest that this processor runs.
+    pub fn detect() -> Self {
+        let avx2 = std::is_x86_feature_detected!("avx2")
+            && std::is_x86_feature_detected!("bmi1")
+            && std::is_x86_feature_detected!("bmi2")
+            && std::is_x86_feature_detected!("lzcnt")
+            && std::is_x86_feature_detected!("popcnt");
+        let avx512 = avx2
+            && std::is_x86_feature_detected!("avx512f")
+            && std::is_x86_feature_detected!("avx512bw")
+            && std::is_x86_feature_detected!("avx512dq")
+            && std::is_x86_feature_detected!("avx512vl");
+        let detected = match (avx2, avx512) {
+            (_, true) => Self::Avx512,
+            (true, _) => Self::Avx2,
+            _ => Self::Portable,
+        };
+        #[cfg(test)]
+        let detected = detected.min(WIDEST.get());
+        detected
+    }
+}
+
+#[cfg(test)]
+thread_local! {
+    /// No wider version is run on this thread.
+    pub(crate) static WIDEST: std::cell::Cell<Version> =
+        const { std::cell::Cell::new(Version::Avx512) };
+}
+
 /// Defines `fn $name(args)` that runs `$kernel` (an `#[inline(always)]` function) compiled for the
 /// widest vectors at hand.
 macro_rules! multiversion {
@@ -17,7 +61,8 @@ macro_rules! multiversion {
         $vis fn $name($($arg: $ty),*) {
             #[cfg(target_arch = "x86_64")]
             {
-                #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,bmi1,bmi2,lzcnt,popcnt")]
+                use $crate::visibility::Version;
+                #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx2,bmi1,bmi2,lzcnt,popcnt")]
                 fn avx512($($arg: $ty),*) {
                     $kernel($($arg),*)
                 }
@@ -25,22 +70,12 @@ macro_rules! multiversion {
                 fn avx2($($arg: $ty),*) {
                     $kernel($($arg),*)
                 }
-                let common = std::is_x86_feature_detected!("bmi1")
-                    && std::is_x86_feature_detected!("bmi2")
-                    && std::is_x86_feature_detected!("lzcnt")
-                    && std::is_x86_feature_detected!("popcnt");
-                if common
-                    && std::is_x86_feature_detected!("avx512f")
-                    && std::is_x86_feature_detected!("avx512bw")
-                    && std::is_x86_feature_detected!("avx512dq")
-                    && std::is_x86_feature_detected!("avx512vl")
-                {
+                match Version::detect() {
                     // SAFETY: every feature that `avx512` enables was just detected.
-                    return unsafe { avx512($($arg),*) };
-                }
-                if common && std::is_x86_feature_detected!("avx2") {
+                    Version::Avx512 => return unsafe { avx512($($arg),*) },
                     // SAFETY: every feature that `avx2` enables was just detected.
-                    return unsafe { avx2($($arg),*) };
+                    Version::Avx2 => return unsafe { avx2($($arg),*) },
+                    Version::Portable => {}
                 }
             }
             $kernel($($arg),*)
