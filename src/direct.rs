@@ -1,6 +1,8 @@
 //! Direct light: the irradiance D that arrives straight from emitters, lamps and the sky, and the
 //! optics of patches that it starts from.
 
+pub mod emitters;
+
 use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3, Vec3};

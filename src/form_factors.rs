@@ -14,6 +14,8 @@ pub mod hemicube;
 pub mod hemicube_gpu;
 pub mod kernel;
 mod lit;
+mod lookup;
+pub mod rays;
 mod rows;
 mod stored;
 mod tally;
@@ -23,5 +25,6 @@ pub use hemicube::{Draw, Hemicube, HemicubeError, HemicubeOptions};
 #[cfg(feature = "gpu")]
 pub use hemicube_gpu::{AdapterReport, Gpu, GpuError, GpuSeconds, HemicubeGpu};
 pub use lit::assemble_lit;
+pub use rays::{Rays, RaysOptions};
 pub use rows::{Engine, EngineError, Row, RowSink, SinkError, Weights};
-pub use stored::{AssembleError, BLOCK, ENTRY_BYTES, FormFactors, Merger, RowAccount, assemble};
+pub use stored::{AssembleError, BLOCK, FormFactors, Merger, RowAccount, assemble, entry_bytes};

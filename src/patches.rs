@@ -474,6 +474,15 @@ impl Patches {
         self.cuts.is_cut(id)
     }
 
+    /// Whether some points in the cell of a patch may belong to others.
+    pub(crate) fn is_parted(&self, id: PatchId) -> bool {
+        let cell = self.cell(id);
+        match &self.finest {
+            Some(finest) => finest.patches.has_cuts(side_index(cell.triangle, cell.side)),
+            None => self.is_cut(id),
+        }
+    }
+
     /// The patch that a point in the cell of patch `id` belongs to, by its barycentric coordinates.
     pub(crate) fn owner(&self, id: PatchId, l: DVec3) -> PatchId {
         self.cuts.owner(id, || self.cell(id).local(l), DVec2::new(l.y, l.z))

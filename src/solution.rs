@@ -8,7 +8,7 @@ use thiserror::Error;
 use crate::direct;
 use crate::form_factors::{
     AssembleError, Classical, Draw, Engine, EngineError, FormFactors, Hemicube, HemicubeError,
-    HemicubeOptions, Row, assemble_lit,
+    HemicubeOptions, Row, assemble_lit, entry_bytes,
 };
 #[cfg(feature = "gpu")]
 use crate::form_factors::{GpuError, HemicubeGpu};
@@ -348,11 +348,10 @@ fn check_memory(
     let ids: Vec<PatchId> = patches.ids().step_by(step).collect();
     let mut rows = vec![Row::default(); ids.len()];
     engine.fill(&ids, &mut rows)?;
-    let entries: usize = rows.iter().map(|r| r.columns.len()).sum();
-    let entries = entries as f64 / ids.len().max(1) as f64 * n as f64;
+    let bytes: u64 = rows.iter().map(|r| r.columns.len() as u64 * entry_bytes(&r.weights)).sum();
+    let rows_bytes = bytes as f64 / ids.len().max(1) as f64 * n as f64;
     /// Bytes a patch takes beside its row: cells, areas, vectors of the solver, the field.
     const PATCH_BYTES: f64 = 400.0;
-    let rows_bytes = entries * crate::form_factors::ENTRY_BYTES as f64;
     let needed = rows_bytes + PATCH_BYTES * n as f64 + engine.bytes(n) as f64;
     if needed <= allowed as f64 {
         return Ok(());
@@ -401,7 +400,7 @@ fn rows_report(factors: &FormFactors, areas: &[f64]) -> RowsReport {
     RowsReport {
         rows: with_row.len(),
         entries: factors.entries(),
-        bytes: factors.entries() * crate::form_factors::ENTRY_BYTES,
+        bytes: factors.bytes(),
         entries_share: mean[0],
         environment: mean[1],
         back: mean[2],

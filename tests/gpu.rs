@@ -59,7 +59,7 @@ fn fill(engine: &mut dyn Engine, ids: &[PatchId]) -> Vec<Row> {
 fn fixed(row: &Row) -> &[u32] {
     match &row.weights {
         Weights::Fixed(w) => w,
-        Weights::Each(_) => panic!("hemicubes count in fixed point"),
+        Weights::Each(_) | Weights::Equal { .. } => panic!("hemicubes count in fixed point"),
     }
 }
 

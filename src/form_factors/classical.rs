@@ -158,7 +158,7 @@ impl Classical {
         row.columns.clear();
         let mut weights = match std::mem::take(&mut row.weights) {
             Weights::Each(w) => w,
-            Weights::Fixed(_) => Vec::new(),
+            Weights::Fixed(_) | Weights::Equal { .. } => Vec::new(),
         };
         weights.clear();
         let from = &self.patches[i as usize];

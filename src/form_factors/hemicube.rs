@@ -24,6 +24,7 @@ use rayon::prelude::*;
 use thiserror::Error;
 
 use super::delta::DeltaFormFactors;
+use super::lookup::Lookups;
 use super::rows::{Engine, EngineError, Row};
 use super::tally::Tally;
 use crate::patches::{PatchId, Patches, Split};
@@ -32,7 +33,7 @@ use crate::visibility::{
     Bodies, Edges, Face, Frame, ItemBuffer, NOTHING, Occluders, PatchArea, View, code, each_face,
     faces_of, multiversion,
 };
-use count::{Lookup, back, count_patches, count_sources, environment, write};
+use count::{count_patches, count_sources, write};
 
 /// What is projected on the faces.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -82,19 +83,13 @@ pub enum HemicubeError {
 pub struct Hemicube<'a> {
     geometry: &'a Geometry,
     patches: &'a Patches,
-    /// The uniform mesh that the patch under a pixel is looked up in.
-    finest: &'a Patches,
-    /// For each of its patches the patch that it is a part of, if that is another mesh; then the
-    /// places of the tally that are no patches.
-    patch_of: Option<Vec<u32>>,
     draw: Draw,
     occluders: Occluders,
     bodies: Bodies,
     faces: [Face; 5],
     /// Delta form factors of top and side with the stride of the faces; padding weighs nothing.
     weights: [Vec<u32>; 2],
-    /// How to find patches, by item.
-    lookups: Vec<Lookup>,
+    lookups: Lookups<'a>,
     scratch: Mutex<Vec<Scratch>>,
 }
 
@@ -140,30 +135,10 @@ impl<'a> Hemicube<'a> {
         let weights = [pad(&delta.top), pad(&delta.side)];
         let occluders = Occluders::new(geometry);
         let scratch = Mutex::new(Vec::new());
-        let (finest, patch_of) = match patches.finest() {
-            Some((finest, patch_of)) => {
-                let n = patches.len();
-                let places = [environment(n), back(n)];
-                (finest, Some([patch_of, &places].concat()))
-            }
-            None => (patches, None),
-        };
         let bodies = occluders.bodies(geometry);
-        let lookups = Lookup::table(occluders.ids(), finest);
+        let lookups = Lookups::new(occluders.ids(), patches);
         let draw = options.draw;
-        Ok(Self {
-            geometry,
-            patches,
-            finest,
-            patch_of,
-            draw,
-            occluders,
-            bodies,
-            faces,
-            weights,
-            lookups,
-            scratch,
-        })
+        Ok(Self { geometry, patches, draw, occluders, bodies, faces, weights, lookups, scratch })
     }
 
     /// Makes one row.
@@ -172,12 +147,6 @@ impl<'a> Hemicube<'a> {
         scratch.tally.resize(self.patches.len() + 2);
         make_row(self, id, &mut scratch, row);
         self.locked().push(scratch);
-    }
-
-    /// The patch that a patch of the finest mesh is a part of.
-    #[inline(always)]
-    fn whole(&self, finest: u32) -> u32 {
-        self.patch_of.as_ref().map_or(finest, |p| p[finest as usize])
     }
 
     fn locked(&self) -> std::sync::MutexGuard<'_, Vec<Scratch>> {

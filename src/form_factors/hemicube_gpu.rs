@@ -629,7 +629,7 @@ fn summary_bytes(rows: u32) -> u64 {
 fn write(row: &mut Row, anew: bool, entries: &[u32], environment: u32, back: u32) {
     let mut weights = match std::mem::take(&mut row.weights) {
         Weights::Fixed(weights) => weights,
-        Weights::Each(_) => Vec::new(),
+        Weights::Each(_) | Weights::Equal { .. } => Vec::new(),
     };
     if anew {
         row.columns.clear();

@@ -14,6 +14,13 @@ pub enum Weights {
     Fixed(Vec<u32>),
     /// As shares of 1, rounded to single precision.
     Each(Vec<f32>),
+    /// All alike, as sampled rays have them: a patch stands in the row as often as it was hit.
+    Equal {
+        /// Number of entries.
+        entries: usize,
+        /// Rays of the row, those that hit no patch included: each entry is the share of one.
+        rays: u32,
+    },
 }
 
 impl Weights {
@@ -23,6 +30,16 @@ impl Weights {
         match self {
             Self::Fixed(w) => w.len(),
             Self::Each(w) => w.len(),
+            Self::Equal { entries, .. } => *entries,
+        }
+    }
+
+    /// Bytes of one weight.
+    #[must_use]
+    pub fn bytes(&self) -> u64 {
+        match self {
+            Self::Fixed(_) | Self::Each(_) => 4,
+            Self::Equal { .. } => 0,
         }
     }
 
@@ -31,20 +48,30 @@ impl Weights {
         match self {
             Self::Fixed(w) => w.try_reserve_exact(more),
             Self::Each(w) => w.try_reserve_exact(more),
+            Self::Equal { .. } => Ok(()),
         }
     }
 
-    /// Appends entries, of another form too: both forms together are kept as [`Each`](Self::Each).
+    /// Appends entries, of another form too: different forms together are kept as
+    /// [`Each`](Self::Each).
     pub(super) fn append(&mut self, other: &Self) {
-        let shares = |w: &Self| -> Vec<f32> { (0..w.len()).map(|i| w.get(i) as f32).collect() };
-        if matches!((&*self, other), (Self::Fixed(_), Self::Each(_))) {
-            *self = Self::Each(shares(self));
+        if self.is_empty() && matches!(other, Self::Equal { .. }) {
+            *self = other.clone();
+            return;
         }
-        match (self, other) {
+        match (&mut *self, other) {
             (Self::Fixed(all), Self::Fixed(w)) => all.extend_from_slice(w),
             (Self::Each(all), Self::Each(w)) => all.extend_from_slice(w),
-            (Self::Each(all), w) => all.extend(shares(w)),
-            (Self::Fixed(_), Self::Each(_)) => {}
+            (Self::Equal { entries, rays }, Self::Equal { entries: more, rays: of })
+                if rays == of =>
+            {
+                *entries += more;
+            }
+            (all, other) => {
+                let shares =
+                    |w: &Self| -> Vec<f32> { (0..w.len()).map(|i| w.get(i) as f32).collect() };
+                *self = Self::Each([shares(all), shares(other)].concat());
+            }
         }
     }
 
@@ -60,6 +87,7 @@ impl Weights {
         match self {
             Self::Fixed(w) => f64::from(w[i]) / f64::from(ONE),
             Self::Each(w) => f64::from(w[i]),
+            Self::Equal { rays, .. } => 1.0 / f64::from(*rays),
         }
     }
 
@@ -69,6 +97,7 @@ impl Weights {
         match self {
             Self::Fixed(w) => w.iter().map(|&w| u64::from(w)).sum::<u64>() as f64 / f64::from(ONE),
             Self::Each(w) => w.iter().map(|&w| f64::from(w)).sum(),
+            Self::Equal { entries, rays } => *entries as f64 / f64::from(*rays),
         }
     }
 }
@@ -85,10 +114,13 @@ impl Default for Weights {
 /// `Σ weights + environment + back + lost = 1`.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Row {
-    /// The patches seen, ascending.
+    /// The patches seen, ascending; with [`Weights::Equal`] one for each hit, in any order.
     pub columns: Vec<u32>,
     /// The form factor of each.
     pub weights: Weights,
+    /// Number of leading columns that come from the first of two independent samples of equal size;
+    /// 0 if rows are not sampled.
+    pub half: usize,
     /// Share that escapes.
     pub environment: f64,
     /// Share that ends on backs which do not reflect.
@@ -107,12 +139,27 @@ impl Row {
     /// The form factor to one patch.
     #[must_use]
     pub fn factor_to(&self, j: PatchId) -> f64 {
-        self.columns.binary_search(&j.0).map_or(0.0, |k| self.weights.get(k))
+        factor_to(&self.columns, j, |k| self.weights.get(k), &self.weights)
     }
 
     /// Patches and form factors in turn.
     pub fn entries(&self) -> impl Iterator<Item = (PatchId, f64)> + '_ {
         self.columns.iter().enumerate().map(|(k, &j)| (PatchId(j), self.weights.get(k)))
+    }
+}
+
+/// The form factor to one patch in a row of `columns` and the weight of each.
+pub(super) fn factor_to(
+    columns: &[u32],
+    j: PatchId,
+    weight: impl Fn(usize) -> f64,
+    form: &Weights,
+) -> f64 {
+    match form {
+        Weights::Fixed(_) | Weights::Each(_) => columns.binary_search(&j.0).map_or(0.0, weight),
+        Weights::Equal { rays, .. } => {
+            columns.iter().filter(|&&k| k == j.0).count() as f64 / f64::from(*rays)
+        }
     }
 }
 

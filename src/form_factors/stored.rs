@@ -1,10 +1,12 @@
 //! The matrix of form factors, kept row by row, and the driver that has it made.
 
-use std::ops::ControlFlow;
+use std::ops::{ControlFlow, Range};
+use std::sync::Arc;
 
+use rayon::prelude::*;
 use thiserror::Error;
 
-use super::rows::{Engine, EngineError, Row, RowSink, SinkError, Weights};
+use super::rows::{Engine, EngineError, Row, RowSink, SinkError, Weights, factor_to};
 use super::tally::Tally;
 use crate::patches::PatchId;
 use crate::progress::Progress;
@@ -24,18 +26,30 @@ pub struct RowAccount {
 /// Rows of form factors in memory. A patch that nobody asked for has no row; its entries are zero.
 #[derive(Debug, Clone)]
 pub struct FormFactors {
-    blocks: Vec<Block>,
+    blocks: Vec<Arc<Block>>,
     /// Block and row within it of each patch.
     place: Vec<Option<(u32, u32)>>,
     accounts: Vec<RowAccount>,
     entries: u64,
+    bytes: u64,
     limit: u64,
+    part: Part,
+}
+
+/// Which entries of sampled rows are seen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Part {
+    All,
+    FirstHalf,
+    SecondHalf,
 }
 
 #[derive(Debug, Clone)]
 struct Block {
     /// Where each row begins, and where the last ends.
     starts: Vec<usize>,
+    /// Where the second half of each row begins; empty if rows are not sampled.
+    halves: Vec<usize>,
     columns: Vec<u32>,
     weights: Weights,
 }
@@ -43,7 +57,7 @@ struct Block {
 /// One stored row.
 #[derive(Debug, Clone, Copy)]
 pub struct StoredRow<'a> {
-    /// The patches seen, ascending.
+    /// The patches seen, as in a [`Row`].
     pub columns: &'a [u32],
     weights: &'a Weights,
     start: usize,
@@ -53,23 +67,10 @@ impl StoredRow<'_> {
     /// The row with the columns that are parts of one patch added up: `patch_of` each column, or
     /// `u32::MAX` to leave it out. Fixed-point sums are exact.
     pub fn merged(&self, patch_of: &[u32], merger: &mut Merger) -> (Vec<u32>, Weights) {
-        let at = self.start..self.start + self.columns.len();
-        let patches = self.columns.iter().map(|&j| patch_of[j as usize]);
-        let (mut columns, mut fixed, mut each) = (Vec::new(), Vec::new(), Vec::new());
-        match self.weights {
-            Weights::Fixed(w) => {
-                let entries = patches.zip(&w[at]).filter(|e| e.0 != u32::MAX);
-                entries.for_each(|(patch, &w)| merger.fixed.add(patch, w));
-                merger.fixed.write(&mut columns, &mut fixed);
-                (columns, Weights::Fixed(fixed))
-            }
-            Weights::Each(w) => {
-                let entries = patches.zip(&w[at]).filter(|e| e.0 != u32::MAX);
-                entries.for_each(|(patch, &w)| merger.each.add(patch, f64::from(w)));
-                merger.each.write(&mut columns, &mut each);
-                (columns, Weights::Each(each.into_iter().map(|w| w as f32).collect()))
-            }
-        }
+        let mut merged = (Vec::new(), Weights::default());
+        let end = self.start + self.columns.len();
+        merger.merge(self.columns, self.weights, self.start..end, patch_of, &mut merged);
+        merged
     }
 
     /// Patches and form factors in turn.
@@ -97,10 +98,89 @@ impl Merger {
         me.each.resize(patches);
         me
     }
+
+    /// Adds up the entries of `columns` by `patch_of`, their weights being those `at` a range.
+    fn merge(
+        &mut self,
+        columns: &[u32],
+        weights: &Weights,
+        at: Range<usize>,
+        patch_of: &[u32],
+        (merged, sums): &mut (Vec<u32>, Weights),
+    ) {
+        let patches = columns.iter().map(|&j| patch_of[j as usize]);
+        match weights {
+            Weights::Fixed(w) => {
+                let entries = patches.zip(&w[at]).filter(|e| e.0 != u32::MAX);
+                entries.for_each(|(patch, &w)| self.fixed.add(patch, w));
+                let mut fixed = match std::mem::take(sums) {
+                    Weights::Fixed(sums) => sums,
+                    _ => Vec::new(),
+                };
+                self.fixed.write(merged, &mut fixed);
+                *sums = Weights::Fixed(fixed);
+            }
+            Weights::Each(w) => {
+                let entries = patches.zip(&w[at]).filter(|e| e.0 != u32::MAX);
+                entries.for_each(|(patch, &w)| self.each.add(patch, f64::from(w)));
+                let mut each = Vec::new();
+                self.each.write(merged, &mut each);
+                *sums = Weights::Each(each.into_iter().map(|w| w as f32).collect());
+            }
+            Weights::Equal { rays, .. } => {
+                let entries = patches.filter(|&patch| patch != u32::MAX);
+                entries.for_each(|patch| self.fixed.add(patch, 1));
+                let (mut hits, share) = (Vec::new(), 1.0 / *rays as f32);
+                self.fixed.write(merged, &mut hits);
+                *sums = Weights::Each(hits.into_iter().map(|hits| hits as f32 * share).collect());
+            }
+        }
+    }
+}
+
+impl Block {
+    /// The same rows with the columns that are parts of one patch added up, in the same memory if
+    /// weights keep their form.
+    fn merged(mut self, patch_of: &[u32], merger: &mut Merger) -> Self {
+        let mut row = (Vec::new(), Weights::default());
+        let (mut end, mut others) = (0, Weights::default());
+        for r in 0..self.starts.len() - 1 {
+            let at = self.starts[r]..self.starts[r + 1];
+            let columns = &self.columns[at.clone()];
+            merger.merge(columns, &self.weights, at, patch_of, &mut row);
+            // A row is never longer than what it is made of.
+            self.starts[r] = end;
+            self.columns[end..end + row.0.len()].copy_from_slice(&row.0);
+            match (&mut self.weights, &row.1) {
+                (Weights::Fixed(all), Weights::Fixed(w)) => {
+                    all[end..end + w.len()].copy_from_slice(w);
+                }
+                (Weights::Each(all), Weights::Each(w)) => {
+                    all[end..end + w.len()].copy_from_slice(w);
+                }
+                (_, w) => others.append(w),
+            }
+            end += row.0.len();
+        }
+        if let Some(last) = self.starts.last_mut() {
+            *last = end;
+        }
+        self.columns.truncate(end);
+        self.halves.clear();
+        match &mut self.weights {
+            Weights::Fixed(w) => w.truncate(end),
+            Weights::Each(w) => w.truncate(end),
+            Weights::Equal { .. } => self.weights = others,
+        }
+        self
+    }
 }
 
 /// Bytes of one stored entry: column and weight.
-pub const ENTRY_BYTES: u64 = 8;
+#[must_use]
+pub fn entry_bytes(weights: &Weights) -> u64 {
+    4 + weights.bytes()
+}
 
 impl FormFactors {
     /// Room for the rows of `patches` patches in at most `limit` bytes.
@@ -111,7 +191,9 @@ impl FormFactors {
             place: vec![None; patches],
             accounts: vec![RowAccount::default(); patches],
             entries: 0,
+            bytes: 0,
             limit,
+            part: Part::All,
         }
     }
 
@@ -131,6 +213,49 @@ impl FormFactors {
     #[must_use]
     pub fn entries(&self) -> u64 {
         self.entries
+    }
+
+    /// Bytes that they take.
+    #[must_use]
+    pub fn bytes(&self) -> u64 {
+        self.bytes
+    }
+
+    /// The matrices that the two halves of sampled rows make on their own, as independent of each
+    /// other as if made from other rays; `None` if rows are not sampled. They share memory with
+    /// this one, and their accounts are those of all rays. For products alone
+    /// ([`gather`](Self::gather)).
+    #[must_use]
+    pub fn halves(&self) -> Option<[Self; 2]> {
+        let sampled = self.blocks.iter().all(|b| !b.halves.is_empty()) && !self.blocks.is_empty();
+        let half = |part| Self { part, ..self.clone() };
+        sampled.then(|| [half(Part::FirstHalf), half(Part::SecondHalf)])
+    }
+
+    /// The rows of a mesh of `patches` that coarsens the one that these are of: columns that are
+    /// parts of one patch are added up, `patch_of` each, and the row of a patch is that of
+    /// `row_of(patch)`, a part of it. Takes the memory of the old rows.
+    #[must_use]
+    pub fn merged(
+        self,
+        patches: usize,
+        patch_of: &[u32],
+        row_of: impl Fn(PatchId) -> PatchId,
+    ) -> Self {
+        let rows: Vec<PatchId> = (0..patches as u32).map(|i| row_of(PatchId(i))).collect();
+        let place = rows.iter().map(|r| self.place[r.index()]).collect();
+        let accounts = rows.iter().map(|r| self.accounts[r.index()]).collect();
+        let blocks: Vec<Arc<Block>> = self
+            .blocks
+            .into_par_iter()
+            .map_init(
+                || Merger::new(patches),
+                |merger, block| Arc::new(Arc::unwrap_or_clone(block).merged(patch_of, merger)),
+            )
+            .collect();
+        let entries = blocks.iter().map(|b| b.columns.len() as u64).sum();
+        let bytes = blocks.iter().map(|b| b.columns.len() as u64 * entry_bytes(&b.weights)).sum();
+        Self { blocks, place, accounts, entries, bytes, limit: self.limit, part: Part::All }
     }
 
     /// Number of rows stored.
@@ -164,20 +289,25 @@ impl FormFactors {
     #[must_use]
     pub fn factor(&self, i: PatchId, j: PatchId) -> f64 {
         self.row(i)
-            .and_then(|r| Some(r.weights.get(r.start + r.columns.binary_search(&j.0).ok()?)))
-            .unwrap_or(0.0)
+            .map_or(0.0, |r| factor_to(r.columns, j, |k| r.weights.get(r.start + k), r.weights))
     }
 
     /// `Σ_j F_ij x_j`; zero without a row.
     #[must_use]
     pub fn gather(&self, id: PatchId, x: &[Rgb]) -> Rgb {
+        self.gather_by(id, |j| x[j])
+    }
+
+    /// `Σ_j F_ij x(j)`; zero without a row.
+    #[inline]
+    pub fn gather_by(&self, id: PatchId, x: impl Fn(usize) -> Rgb) -> Rgb {
         let Some(row) = self.row(id) else { return Rgb::ZERO };
         let (from, to) = (row.start, row.start + row.columns.len());
         match row.weights {
             Weights::Fixed(w) => {
                 let mut sum = Rgb::ZERO;
                 for (&j, &w) in row.columns.iter().zip(&w[from..to]) {
-                    sum += x[j as usize] * f64::from(w);
+                    sum += x(j as usize) * f64::from(w);
                 }
                 sum / f64::from(super::delta::ONE)
             }
@@ -185,9 +315,29 @@ impl FormFactors {
                 .columns
                 .iter()
                 .zip(&w[from..to])
-                .map(|(&j, &w)| x[j as usize] * f64::from(w))
+                .map(|(&j, &w)| x(j as usize) * f64::from(w))
                 .sum(),
+            Weights::Equal { rays, .. } => {
+                let (columns, rays) = match self.part {
+                    Part::All => (row.columns, f64::from(*rays)),
+                    Part::FirstHalf => (&row.columns[..self.half(id)], 0.5 * f64::from(*rays)),
+                    Part::SecondHalf => (&row.columns[self.half(id)..], 0.5 * f64::from(*rays)),
+                };
+                let mut sum = Rgb::ZERO;
+                for &j in columns {
+                    sum += x(j as usize);
+                }
+                sum / rays
+            }
         }
+    }
+
+    /// Number of entries of the first half of a sampled row.
+    fn half(&self, id: PatchId) -> usize {
+        self.place[id.index()].map_or(0, |(block, row)| {
+            let block = &self.blocks[block as usize];
+            block.halves[row as usize] - block.starts[row as usize]
+        })
     }
 
     /// Sum of a row's entries, without its account.
@@ -201,10 +351,12 @@ impl RowSink for FormFactors {
     fn take(&mut self, ids: &[PatchId], rows: &[Row]) -> Result<(), SinkError> {
         let entries: usize = rows.iter().map(|r| r.columns.len()).sum();
         self.entries += entries as u64;
-        if self.entries * ENTRY_BYTES > self.limit {
+        self.bytes +=
+            rows.iter().map(|r| r.columns.len() as u64 * entry_bytes(&r.weights)).sum::<u64>();
+        if self.bytes > self.limit {
             return Err(SinkError::Memory { limit_mib: self.limit >> 20 });
         }
-        let mut starts = vec![0];
+        let (mut starts, mut halves) = (vec![0], Vec::new());
         let mut columns = Vec::new();
         columns.try_reserve_exact(entries)?;
         let mut weights = match rows.first().map(|r| &r.weights) {
@@ -215,12 +367,15 @@ impl RowSink for FormFactors {
         for (row, (&id, r)) in ids.iter().zip(rows).enumerate() {
             columns.extend_from_slice(&r.columns);
             weights.append(&r.weights);
+            if matches!(r.weights, Weights::Equal { .. }) {
+                halves.push(starts[row] + r.half);
+            }
             starts.push(columns.len());
             self.place[id.index()] = Some((self.blocks.len() as u32, row as u32));
             self.accounts[id.index()] =
                 RowAccount { environment: r.environment, back: r.back, lost: r.lost };
         }
-        self.blocks.push(Block { starts, columns, weights });
+        self.blocks.push(Arc::new(Block { starts, halves, columns, weights }));
         Ok(())
     }
 }

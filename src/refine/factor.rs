@@ -16,9 +16,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 use thiserror::Error;
 
-use crate::form_factors::{
-    AssembleError, Engine, FormFactors, Merger, Row, RowAccount, RowSink, assemble,
-};
+use crate::form_factors::{AssembleError, Engine, FormFactors, Merger, assemble};
 use crate::patches::{Cell, PatchId, Patches, SplitCells};
 use crate::progress::Progress;
 use crate::scene::Geometry;
@@ -112,8 +110,12 @@ impl FactorRule {
             }
         }
         let patches = cells.patches();
-        let factors = merge(&cells, &patches, &rows, memory)?;
-        Ok(Refined { rows_made: rows.rows(), patches, factors })
+        let rows_made = rows.rows();
+        let patch_of = patches.finest().map_or(&[][..], |f| f.1);
+        // The row of a patch is that of its middle part on the finest mesh.
+        let middle = |i| cells.middle(&patches.cell(i));
+        let factors = rows.merged(patches.len(), patch_of, middle);
+        Ok(Refined { patches, factors, rows_made })
     }
 
     /// The cells that row `i` wants split: those not finest whose form factor exceeds ε.
@@ -226,37 +228,4 @@ fn unbalanced(cells: &SplitCells) -> Vec<Cell> {
                 })
         })
         .collect()
-}
-
-/// Adds up the rows of the finest mesh to those of the adaptive one.
-fn merge(
-    cells: &SplitCells,
-    patches: &Patches,
-    rows: &FormFactors,
-    memory: u64,
-) -> Result<FormFactors, AssembleError> {
-    let mut factors = FormFactors::new(patches.len(), memory);
-    let patch_of = patches.finest().map_or(&[][..], |f| f.1);
-    let ids: Vec<PatchId> = patches.ids().collect();
-    for block in ids.chunks(crate::form_factors::BLOCK) {
-        let merged: Vec<Row> = block
-            .par_iter()
-            .map_init(
-                || Merger::new(patches.len()),
-                |merger, &id| {
-                    let middle = cells.middle(&patches.cell(id));
-                    merge_row(rows, middle, patch_of, merger)
-                },
-            )
-            .collect();
-        factors.take(block, &merged)?;
-    }
-    Ok(factors)
-}
-
-fn merge_row(rows: &FormFactors, id: PatchId, patch_of: &[u32], merger: &mut Merger) -> Row {
-    let RowAccount { environment, back, lost } = rows.account(id);
-    let (columns, weights) =
-        rows.row(id).map(|row| row.merged(patch_of, merger)).unwrap_or_default();
-    Row { columns, weights, environment, back, lost }
 }

@@ -2,53 +2,13 @@
 
 use std::ops::Range;
 
-use glam::DVec3;
-
 use super::{BACK, Hemicube, Scratch};
 use crate::form_factors::delta::ONE;
+use crate::form_factors::lookup::{Lookup, back, environment, index_in_grid};
 use crate::form_factors::rows::{Row, Weights};
 use crate::form_factors::tally::Tally;
-use crate::patches::{PatchId, Patches, Split, side_index};
-use crate::scene::{Side, TriangleId};
+use crate::patches::{PatchId, side_index};
 use crate::visibility::{Edges, LANES, NOTHING, each_face};
-
-/// How the patch under a pixel is found where one side of a triangle is seen.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Lookup {
-    /// The first patch of the finest mesh on this side, or a place of the tally.
-    first: u32,
-    /// Strips of the side's grid; 0 if all of it is `first`.
-    strips: f32,
-    /// Whether something parts patches of this side.
-    cut: bool,
-}
-
-impl Lookup {
-    /// Of both sides of each of `triangles`, in the order of items.
-    pub fn table(triangles: &[TriangleId], finest: &Patches) -> Vec<Self> {
-        let lookup = |triangle: TriangleId, side: Side| match finest.split_of(triangle, side) {
-            Split::Uniform { first, level } => {
-                let cut = finest.has_cuts(side_index(triangle, side));
-                let strips = if level == 0 && !cut { 0.0 } else { (1_u32 << level) as f32 };
-                Self { first, strips, cut }
-            }
-            Split::None | Split::Adaptive { .. } => {
-                Self { first: back(finest.len()), strips: 0.0, cut: false }
-            }
-        };
-        triangles.iter().flat_map(|&t| Side::BOTH.map(|side| lookup(t, side))).collect()
-    }
-}
-
-/// The place in a tally, behind the patches, of what escapes.
-pub(super) fn environment(patches: usize) -> u32 {
-    patches as u32
-}
-
-/// The place in a tally, behind the patches, of what ends on backs that do not reflect.
-pub(super) fn back(patches: usize) -> u32 {
-    patches as u32 + 1
-}
 
 /// Adds up a row of pixels. Neighbours mostly see one patch, and adding to a sum that was just
 /// added to is slow: four pixels far apart take turns.
@@ -71,7 +31,7 @@ pub(super) fn write(tally: &mut Tally<u32>, patches: usize, row: &mut Row) {
         (share(environment(patches)), share(back(patches)), 0.0);
     let mut weights = match std::mem::take(&mut row.weights) {
         Weights::Fixed(w) => w,
-        Weights::Each(_) => Vec::new(),
+        Weights::Each(_) | Weights::Equal { .. } => Vec::new(),
     };
     tally.write(&mut row.columns, &mut weights);
     row.weights = Weights::Fixed(weights);
@@ -103,14 +63,15 @@ pub(super) fn count_patches(engine: &Hemicube<'_>, s: &mut Scratch) {
 fn part_of<const F: usize>(engine: &Hemicube<'_>, edges: &[Edges], id: u32, at: [f32; 2]) -> u32 {
     let cell = engine.patches.cell(PatchId(id));
     let side = side_index(cell.triangle, cell.side);
-    if !engine.finest.has_cuts(side) {
+    let lookups = &engine.lookups;
+    if !lookups.finest.has_cuts(side) {
         return id;
     }
     let e = edges[cell.triangle.index()].turned::<F>();
     let f = e.map(|e| e[0] * at[0] + (e[1] * at[1] + e[2]));
-    let strips = (1_u32 << engine.finest.splits()[side].level().unwrap_or(0)) as f32;
-    let first = engine.finest.of_side(cell.triangle, cell.side).next().map_or(0, |p| p.0);
-    engine.whole(owner(engine, first + index_in_grid(strips, f[0], f[1], f[2]), f))
+    let strips = (1_u32 << lookups.finest.splits()[side].level().unwrap_or(0)) as f32;
+    let first = lookups.finest.of_side(cell.triangle, cell.side).next().map_or(0, |p| p.0);
+    lookups.whole(lookups.owner(first + index_in_grid(strips, f[0], f[1], f[2]), f))
 }
 
 /// Looks up the patch under each pixel and sums the weights.
@@ -128,7 +89,7 @@ pub(super) fn count_sources(engine: &Hemicube<'_>, s: &mut Scratch) {
             for ((items, xs), places) in items.iter().zip(xs).zip(places.as_chunks_mut().0) {
                 look_up::<F>(engine, &s.edges, items, xs, y, places);
             }
-            if let Some(patch_of) = &engine.patch_of {
+            if let Some(patch_of) = &engine.lookups.patch_of {
                 for place in &mut places {
                     *place = patch_of[*place as usize];
                 }
@@ -177,9 +138,9 @@ fn of_item<const F: usize>(
     y: f32,
 ) -> [u32; LANES] {
     if item == NOTHING {
-        return [environment(engine.finest.len()); LANES];
+        return [environment(engine.lookups.finest.len()); LANES];
     }
-    let Lookup { first, strips, cut } = engine.lookups[item as usize];
+    let Lookup { first, strips, cut } = engine.lookups.of(item);
     if strips == 0.0 {
         return [first; LANES];
     }
@@ -193,38 +154,11 @@ fn of_item<const F: usize>(
     }
     if cut {
         for l in run {
-            if engine.finest.is_cut(PatchId(places[l])) {
+            if engine.lookups.finest.is_cut(PatchId(places[l])) {
                 let f = [e0[0] * xs[l] + c0, e1[0] * xs[l] + c1, e2[0] * xs[l] + c2];
-                places[l] = owner(engine, places[l], f);
+                places[l] = engine.lookups.owner(places[l], f);
             }
         }
     }
     places
-}
-
-/// The patch that the point with edge functions `f` in the cell of patch `id` belongs to.
-#[inline(never)]
-fn owner(engine: &Hemicube<'_>, id: u32, f: [f32; 3]) -> u32 {
-    let f = DVec3::from_array(f.map(f64::from));
-    engine.finest.owner(PatchId(id), f / (f.x + f.y + f.z)).0
-}
-
-/// Index of the patch in a grid of `n` strips where the edge functions have the values `f0, f1, f2`;
-/// the twin in single precision of the look-up by barycentric coordinates. Always below n².
-#[inline(always)]
-fn index_in_grid(n: f32, f0: f32, f1: f32, f2: f32) -> u32 {
-    let scale = n / (f0 + f1 + f2);
-    let (u, v) = ((f0 * scale).max(0.0), (f1 * scale).max(0.0));
-    let i = u.floor().min(n - 1.0);
-    let j = v.floor().min(n - 1.0 - i);
-    let inverted = ((u - i) + (v - j) > 1.0) & (i + j + 2.0 <= n);
-    let (n, i, j) = (small_integer(n), small_integer(i), small_integer(j));
-    i * (2 * n - i) + 2 * j + u32::from(inverted)
-}
-
-/// `x as u32` for whole x from 0 to 2^22, in a form that vectorises.
-#[inline(always)]
-fn small_integer(x: f32) -> u32 {
-    const SHIFT: f32 = 8_388_608.0;
-    (x + SHIFT).to_bits() & 0x7f_ffff
 }

@@ -1,0 +1,611 @@
+//! Direct light from emitting surfaces, apart from the rest: Lambert's formula times the visible
+//! share, averaged over the receiver.
+//!
+//! Which emitters are treated so is fixed for each receiver before anything is sampled, by
+//! [`Emitters::is_apart`]: all but those that are too near or too large, which its rays find well
+//! enough. The same rule tells which hits of its rays carry emission, so that no emitter counts
+//! twice and none is left out. With D(i) the emitters set apart for receiver i,
+//!
+//! ```text
+//! H_i = H_direct(D(i)) + Σ_j F_ij (B_j - [j ∈ D(i)] E_j)
+//! ```
+//!
+//! The unoccluded irradiance of each group of emitters is a sum over all its triangles: by Lambert's
+//! formula where a triangle is near, by its centre where it is far. Of that sum the visible share
+//! arrives, a ratio of two sums over the same pairs of points: each weighted by the kernel
+//! K = cos θ cos θ' / (π r²), blocked pairs left out above and counted below. Pairs are drawn in
+//! proportion to what each triangle would send (Shirley, Wang & Zimmerman 1996, "Monte Carlo
+//! techniques for direct lighting calculations"), so that thousands of emitting triangles cost no more
+//! than a few; where the first pairs neither all see each other nor all do not, more are drawn.
+
+use std::f64::consts::PI;
+use std::ops::Range;
+
+use glam::{DVec2, DVec3, Vec3};
+
+use crate::form_factors::kernel::point_to_polygon;
+use crate::patches::{PatchId, Patches, SurfacePoint, side_index};
+use crate::scene::{Geometry, Optics, Rgb, Side, TriangleId, luminance};
+use crate::visibility::{Bvh, LANES, NOTHING, Packet, multiversion};
+
+/// Which emitters are set apart.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Apart {
+    /// Those neither too near nor too large.
+    #[default]
+    Suitable,
+    /// All.
+    All,
+    /// None: rays find them.
+    None,
+}
+
+/// A receiver nearer than this many times its own size to an emitter leaves it to the rays.
+const NEAREST: f32 = 4.0;
+
+/// So does one that sees the emitter, head on, under a larger form factor.
+const LARGEST: f32 = 0.15;
+
+/// A triangle whose distance is below this many times the root of its area counts as near.
+const NEAR: f32 = 10.0;
+
+/// Groups of emitters whose visible shares are told apart.
+const MOST_GROUPS: usize = 64;
+
+/// Pairs drawn at first: half of them from each of two independent sequences.
+const PAIRS: usize = LANES;
+
+/// Most shadow rays a group of emitters and receiver.
+pub const MOST_SHADOW: usize = 4096;
+
+/// Emitting sides of a scene.
+pub struct Emitters<'a> {
+    geometry: &'a Geometry,
+    bvh: &'a Bvh,
+    apart: Apart,
+    sources: Vec<Source>,
+    lanes: Lanes,
+    /// Consecutive sources whose visible share is found together.
+    groups: Vec<Range<usize>>,
+    /// The source of each side, or [`NOTHING`].
+    source_of: Vec<u32>,
+    /// Points in the unit squares of receiver and emitter, for each of two sequences.
+    pairs: [Vec<[f32; 4]>; 2],
+}
+
+/// One emitting side.
+#[derive(Debug, Clone, Copy)]
+struct Source {
+    triangle: TriangleId,
+    side: Side,
+    radiance: Rgb,
+    normal: DVec3,
+    area: f64,
+}
+
+/// What a first look at all sources needs, in coordinates of the hierarchy.
+#[derive(Debug, Clone, Default)]
+struct Lanes {
+    centre: [Vec<f32>; 3],
+    normal: [Vec<f32>; 3],
+    radiance: [Vec<f32>; 3],
+    area: Vec<f32>,
+    /// Of the farthest corner from the centre.
+    radius: Vec<f32>,
+    luminance: Vec<f32>,
+    /// Centre and radius of the patch that a source belongs to, if it is a cluster; else its own.
+    unit: [Vec<f32>; 3],
+    unit_radius: Vec<f32>,
+}
+
+/// Where direct light is wanted: all over a patch, or at a point.
+#[derive(Debug, Clone)]
+pub struct Receiver {
+    /// Points that the unoccluded irradiance is averaged over, and their normals.
+    points: Vec<(DVec3, DVec3)>,
+    centre: Vec3,
+    normal: Vec3,
+    /// Sine of the largest angle between its normals.
+    bend: f32,
+    /// Farthest point from the centre, and the root of the area.
+    radius: f32,
+    size: f32,
+    /// Tells receivers apart.
+    seed: u64,
+}
+
+/// A point of a receiver, its normal, and the solid triangle that it lies on.
+pub type ReceiverPoint = (DVec3, DVec3, Option<u32>);
+
+/// Direct irradiance of a receiver, W/m² or lx.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct DirectLight {
+    /// The best estimate.
+    pub irradiance: Rgb,
+    /// What each of two independent halves of the shadow rays alone would give.
+    pub halves: [Rgb; 2],
+}
+
+impl std::ops::AddAssign<Rgb> for DirectLight {
+    /// Adds light that is known without shadow rays.
+    fn add_assign(&mut self, more: Rgb) {
+        self.irradiance += more;
+        self.halves.iter_mut().for_each(|h| *h += more);
+    }
+}
+
+/// Room for one receiver's work; reused.
+#[derive(Debug, Default)]
+pub struct Room {
+    weights: Vec<f32>,
+    packets: Vec<Packet>,
+    kernels: Vec<Rgb>,
+    blocked: Vec<u16>,
+}
+
+/// Sums of kernels over pairs: those that see each other, and all.
+#[derive(Debug, Clone, Copy, Default)]
+struct Seen {
+    kept: Rgb,
+    all: Rgb,
+}
+
+impl Seen {
+    fn share(&self) -> Rgb {
+        (self.kept / self.all.max(Rgb::splat(f64::MIN_POSITIVE))).min(Rgb::ONE)
+    }
+}
+
+impl<'a> Emitters<'a> {
+    /// The emitting sides of `geometry`. Emitters are set apart patch by patch of `patches` where those
+    /// join several triangles, so that those who know only the patch agree.
+    #[must_use]
+    pub fn new(
+        geometry: &'a Geometry,
+        optics: &Optics,
+        patches: &Patches,
+        bvh: &'a Bvh,
+        apart: Apart,
+        seed: u32,
+    ) -> Self {
+        let mut sources: Vec<Source> = geometry
+            .ids()
+            .flat_map(|t| Side::BOTH.map(|s| (t, s)))
+            .filter(|&(t, s)| geometry.exchanges(t, s))
+            .map(|(triangle, side)| Source {
+                triangle,
+                side,
+                radiance: optics.emission(triangle, side) / PI,
+                normal: geometry.normal(triangle, side),
+                area: geometry.area(triangle),
+            })
+            .filter(|s| s.radiance.max_element() > 0.0)
+            .collect();
+        let groups = grouped(geometry, &mut sources);
+        let mut source_of = vec![NOTHING; 2 * geometry.len()];
+        let mut lanes = Lanes::default();
+        for (k, s) in sources.iter().enumerate() {
+            source_of[side_index(s.triangle, s.side)] = k as u32;
+            lanes.push(geometry, bvh, s, unit_of(geometry, patches, s));
+        }
+        let pairs = [0, 1].map(|half| {
+            let sequence = 0x5eed_0000 ^ (2 * seed + half);
+            (0..MOST_SHADOW as u32 / 2).map(|i| sobol_burley::sample_4d(i, 0, sequence)).collect()
+        });
+        Self { geometry, bvh, apart, sources, lanes, groups, source_of, pairs }
+    }
+
+    /// Number of emitting sides.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.sources.len()
+    }
+
+    /// Whether nothing emits.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.sources.is_empty()
+    }
+
+    /// A patch as receiver.
+    #[must_use]
+    pub fn patch(&self, patches: &Patches, id: PatchId) -> Receiver {
+        let g = self.geometry;
+        let cell = patches.cell(id);
+        let points: Vec<(DVec3, DVec3)> = receiving_points(patches, id)
+            .iter()
+            .map(|p| (p.position(g), g.normal(p.triangle, p.side)))
+            .collect();
+        let centre = points.iter().map(|p| p.0).sum::<DVec3>() / points.len() as f64;
+        let corners = patches.pieces(id).flat_map(|c| c.corners(g));
+        let radius = corners.map(|c| (c - centre).length()).fold(0.0, f64::max);
+        /// Sine of twice the largest angle of a cluster's normals from their mean.
+        const BEND: f32 = 0.5;
+        let scale = self.bvh.scale();
+        Receiver {
+            points,
+            centre: self.bvh.local(centre),
+            normal: g.normal(cell.triangle, cell.side).as_vec3(),
+            bend: if patches.is_cluster(id) { BEND } else { 0.0 },
+            radius: (radius / scale) as f32,
+            size: (patches.area(id).sqrt() / scale) as f32,
+            seed: u64::from(id.0),
+        }
+    }
+
+    /// A point as receiver; `seed` tells points apart.
+    #[must_use]
+    pub fn point(&self, at: DVec3, normal: DVec3, seed: u64) -> Receiver {
+        Receiver {
+            points: vec![(at, normal)],
+            centre: self.bvh.local(at),
+            normal: normal.as_vec3(),
+            bend: 0.0,
+            radius: 0.0,
+            size: 0.0,
+            seed: seed ^ 1 << 63,
+        }
+    }
+
+    /// Whether the emitter that a side is or belongs to is set apart for a receiver, so that its rays
+    /// must not count its emission; `false` for sides that emit nothing.
+    #[must_use]
+    pub fn is_apart(&self, receiver: &Receiver, side: usize) -> bool {
+        let source = self.source_of[side];
+        source != NOTHING && self.set_apart(receiver, source as usize)
+    }
+
+    fn set_apart(&self, r: &Receiver, k: usize) -> bool {
+        match self.apart {
+            Apart::All => true,
+            Apart::None => false,
+            Apart::Suitable => {
+                let unit = [0, 1, 2].map(|a| self.lanes.unit[a][k]);
+                suitable(r, unit, self.lanes.unit_radius[k])
+            }
+        }
+    }
+
+    /// Direct irradiance from the emitters set apart for a receiver. `shadow` rays, up to
+    /// [`MOST_SHADOW`], are traced for each group of emitters that is seen in part. `sample` gives a
+    /// point of the receiver from one in the unit square.
+    pub fn light(
+        &self,
+        receiver: &Receiver,
+        shadow: usize,
+        sample: impl Fn(DVec2) -> ReceiverPoint,
+        room: &mut Room,
+    ) -> DirectLight {
+        let mut total = DirectLight::default();
+        if self.is_empty() || self.apart == Apart::None {
+            return total;
+        }
+        room.weights.resize(self.sources.len(), 0.0);
+        weigh(&self.lanes, receiver, &mut room.weights);
+        for k in 0..self.sources.len() {
+            if room.weights[k] > 0.0 && !self.set_apart(receiver, k) {
+                room.weights[k] = 0.0;
+            }
+        }
+        for (number, group) in self.groups.iter().enumerate() {
+            let sum: f64 = room.weights[group.clone()].iter().map(|w| f64::from(*w)).sum();
+            if sum <= 0.0 {
+                continue;
+            }
+            let unoccluded = self.unoccluded(receiver, group.clone(), &room.weights);
+            if unoccluded == Rgb::ZERO {
+                continue;
+            }
+            let [a, b] = self.visible(receiver, number, sum, shadow, &sample, room);
+            let both = Seen { kept: a.kept + b.kept, all: a.all + b.all };
+            total.irradiance += unoccluded * both.share();
+            for (half, seen) in total.halves.iter_mut().zip([a, b]) {
+                *half += unoccluded * seen.share();
+            }
+        }
+        total
+    }
+
+    /// Mean irradiance over the receiver from a group, as if nothing stood between.
+    fn unoccluded(&self, receiver: &Receiver, group: Range<usize>, weights: &[f32]) -> Rgb {
+        let mut sum = Rgb::ZERO;
+        for (at, normal) in &receiver.points {
+            let mut far = [0.0; 3];
+            let local = self.bvh.local(*at);
+            add_far(&self.lanes, group.clone(), weights, local, normal.as_vec3(), &mut far);
+            sum += Rgb::from_array(far.map(f64::from));
+            for k in group.clone().filter(|&k| weights[k] > 0.0 && self.lanes.is_near(k, local)) {
+                let s = &self.sources[k];
+                let corners = self.geometry.corners(s.triangle);
+                if s.normal.dot(*at - corners[0]) > 0.0 {
+                    sum += s.radiance * (PI * point_to_polygon(*at, *normal, &corners));
+                }
+            }
+        }
+        sum / receiver.points.len() as f64
+    }
+
+    /// Sums over pairs of points on the receiver and on a group of emitters, for each half of the
+    /// pairs.
+    fn visible(
+        &self,
+        receiver: &Receiver,
+        number: usize,
+        sum: f64,
+        shadow: usize,
+        sample: &impl Fn(DVec2) -> ReceiverPoint,
+        room: &mut Room,
+    ) -> [Seen; 2] {
+        let mut halves = [Seen::default(); 2];
+        let (mut drawn, mut blocked) = (0, 0);
+        let more = shadow.min(MOST_SHADOW).next_multiple_of(PAIRS);
+        // The first pairs tell whether more are worth their while.
+        for (round, count) in [(0, PAIRS), (1, more)] {
+            self.draw(receiver, (number, round), sum, count, sample, room);
+            for (lane, kernel) in room.kernels.iter().enumerate().filter(|k| *k.1 != Rgb::ZERO) {
+                let half = &mut halves[lane % 2];
+                half.all += *kernel;
+                drawn += 1;
+                if room.blocked[lane / LANES] >> (lane % LANES) & 1 == 0 {
+                    half.kept += *kernel;
+                } else {
+                    blocked += 1;
+                }
+            }
+            if blocked == 0 || blocked == drawn {
+                break;
+            }
+        }
+        halves
+    }
+
+    /// Draws `count` pairs and traces the segments between them; even lanes are of the first half.
+    fn draw(
+        &self,
+        receiver: &Receiver,
+        (number, round): (usize, u64),
+        sum: f64,
+        count: usize,
+        sample: &impl Fn(DVec2) -> ReceiverPoint,
+        room: &mut Room,
+    ) {
+        let group = self.groups[number].clone();
+        room.packets.clear();
+        room.packets.resize(count / LANES, Packet::EMPTY);
+        room.kernels.clear();
+        room.kernels.resize(count, Rgb::ZERO);
+        let each = count / 2;
+        for half in 0..2 {
+            let seed = receiver.seed << 8 ^ (number as u64) << 2 ^ round << 1 ^ half as u64;
+            let [s0, s1, s2, s3, s4] = shifts(seed);
+            let (mut k, mut below) = (group.start, 0.0);
+            for (i, pair) in self.pairs[half][..each].iter().enumerate() {
+                // One in each of so many equal parts of the sum, in order.
+                let target = (i as f64 + s0) / each as f64 * sum;
+                while k + 1 < group.end && below + f64::from(room.weights[k]) <= target {
+                    below += f64::from(room.weights[k]);
+                    k += 1;
+                }
+                let weight = f64::from(room.weights[k]);
+                let wrapped = |p: f32, s: f64| (f64::from(p) + s).fract();
+                let (from, normal, own) =
+                    sample(DVec2::new(wrapped(pair[0], s1), wrapped(pair[1], s2)));
+                let to = self.on_source(k, wrapped(pair[2], s3), wrapped(pair[3], s4));
+                let kernel = self.kernel(k, from, normal, to);
+                if kernel <= 0.0 || weight <= 0.0 {
+                    continue;
+                }
+                let lane = 2 * i + half;
+                let start = self.bvh.local(from);
+                let way = self.bvh.local(to) - start;
+                room.packets[lane / LANES].set(lane % LANES, start, way, 1.0, own);
+                room.kernels[lane] = self.sources[k].radiance * (kernel / weight);
+            }
+        }
+        room.blocked.clear();
+        room.blocked.resize(count / LANES, 0);
+        self.bvh.blocked(&room.packets, &mut room.blocked);
+    }
+
+    /// A point of a source, uniform in area.
+    fn on_source(&self, k: usize, u: f64, v: f64) -> DVec3 {
+        let [a, b, c] = self.geometry.corners(self.sources[k].triangle);
+        let (p, q) = if v > u { (0.5 * u, v - 0.5 * u) } else { (u - 0.5 * v, 0.5 * v) };
+        a + (b - a) * p + (c - a) * q
+    }
+
+    /// Area of a source times the kernel between two points.
+    fn kernel(&self, k: usize, from: DVec3, normal: DVec3, to: DVec3) -> f64 {
+        let s = &self.sources[k];
+        let way = to - from;
+        let r2 = way.length_squared();
+        let (here, there) = (normal.dot(way), -s.normal.dot(way));
+        if here > 0.0 && there > 0.0 && r2 > 0.0 {
+            s.area * here * there / (PI * r2 * r2)
+        } else {
+            0.0
+        }
+    }
+}
+
+impl Lanes {
+    fn push(&mut self, g: &Geometry, bvh: &Bvh, s: &Source, (unit, unit_radius): (DVec3, f64)) {
+        let corners = g.corners(s.triangle);
+        let centre = corners.iter().sum::<DVec3>() / 3.0;
+        let radius = corners.iter().map(|c| (*c - centre).length()).fold(0.0, f64::max);
+        let (centre, unit, scale) = (bvh.local(centre), bvh.local(unit), bvh.scale());
+        for axis in 0..3 {
+            self.centre[axis].push(centre[axis]);
+            self.normal[axis].push(s.normal[axis] as f32);
+            self.unit[axis].push(unit[axis]);
+            self.radiance[axis].push(s.radiance[axis] as f32);
+        }
+        self.area.push((s.area / (scale * scale)) as f32);
+        self.radius.push((radius / scale) as f32);
+        self.unit_radius.push((unit_radius / scale) as f32);
+        self.luminance.push(luminance(s.radiance).max(s.radiance.max_element() * 1e-3) as f32);
+    }
+
+    /// Whether a source is so near to a point that its centre cannot stand for it.
+    fn is_near(&self, k: usize, at: Vec3) -> bool {
+        let d = [0, 1, 2].map(|a| self.centre[a][k] - at[a]);
+        d[0] * d[0] + d[1] * d[1] + d[2] * d[2] < NEAR * NEAR * self.area[k]
+    }
+}
+
+/// Whether an emitter about `unit` is neither too near nor too large for a receiver.
+#[inline(always)]
+fn suitable(r: &Receiver, unit: [f32; 3], unit_radius: f32) -> bool {
+    let d = [unit[0] - r.centre.x, unit[1] - r.centre.y, unit[2] - r.centre.z];
+    let d2 = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+    let reach = unit_radius + r.radius + NEAREST * r.size;
+    // A disk of the unit's radius, head on.
+    d2 > reach * reach && unit_radius * unit_radius < LARGEST * d2
+}
+
+multiversion! {
+    fn weigh(lanes: &Lanes, receiver: &Receiver, weights: &mut [f32]) = weigh_kernel
+}
+
+/// About what each source may send to a receiver at most: zero only for those that send nothing.
+#[inline(always)]
+fn weigh_kernel(lanes: &Lanes, r: &Receiver, weights: &mut [f32]) {
+    let n = weights.len();
+    let [x, y, z] = lanes.centre.each_ref().map(|v| &v[..n]);
+    let [nx, ny, nz] = lanes.normal.each_ref().map(|v| &v[..n]);
+    let (area, radius, bright) = (&lanes.area[..n], &lanes.radius[..n], &lanes.luminance[..n]);
+    for k in 0..n {
+        let (dx, dy, dz) = (x[k] - r.centre.x, y[k] - r.centre.y, z[k] - r.centre.z);
+        let reach = r.radius + radius[k];
+        let d2 = dx * dx + dy * dy + dz * dz + reach * reach;
+        let here = r.normal.x * dx + r.normal.y * dy + r.normal.z * dz + reach + r.bend * d2.sqrt();
+        let there = reach - (nx[k] * dx + ny[k] * dy + nz[k] * dz);
+        weights[k] = bright[k] * area[k] * (here.max(0.0) * there.max(0.0)) / (d2 * d2);
+    }
+}
+
+multiversion! {
+    fn add_far(
+        lanes: &Lanes,
+        group: Range<usize>,
+        weights: &[f32],
+        at: Vec3,
+        normal: Vec3,
+        sum: &mut [f32; 3],
+    ) = add_far_kernel
+}
+
+/// Irradiance at a point from the sources of a group that are far from it.
+#[inline(always)]
+fn add_far_kernel(
+    lanes: &Lanes,
+    group: Range<usize>,
+    weights: &[f32],
+    at: Vec3,
+    normal: Vec3,
+    sum: &mut [f32; 3],
+) {
+    let n = group.len();
+    let [x, y, z] = lanes.centre.each_ref().map(|v| &v[group.clone()][..n]);
+    let [nx, ny, nz] = lanes.normal.each_ref().map(|v| &v[group.clone()][..n]);
+    let [red, green, blue] = lanes.radiance.each_ref().map(|v| &v[group.clone()][..n]);
+    let (area, weights) = (&lanes.area[group.clone()][..n], &weights[group][..n]);
+    let mut sums = [[0.0_f32; LANES]; 3];
+    for block in (0..n).step_by(LANES) {
+        for l in 0..LANES.min(n - block) {
+            let k = block + l;
+            let d = [x[k] - at.x, y[k] - at.y, z[k] - at.z];
+            let f = far_factor(d, [nx[k], ny[k], nz[k]], normal, area[k], weights[k]);
+            sums[0][l] += f * red[k];
+            sums[1][l] += f * green[k];
+            sums[2][l] += f * blue[k];
+        }
+    }
+    for (sum, lanes) in sum.iter_mut().zip(sums) {
+        *sum = lanes.iter().sum();
+    }
+}
+
+/// π times the form factor from a point to a source by its centre; 0 if it is near or not set apart.
+#[inline(always)]
+fn far_factor(d: [f32; 3], source: [f32; 3], normal: Vec3, area: f32, weight: f32) -> f32 {
+    let d2 = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+    let here = (normal.x * d[0] + normal.y * d[1] + normal.z * d[2]).max(0.0);
+    let there = (-(source[0] * d[0] + source[1] * d[1] + source[2] * d[2])).max(0.0);
+    let counts = (weight > 0.0) & (d2 >= NEAR * NEAR * area);
+    if counts { area * here * there / (d2 * d2) } else { 0.0 }
+}
+
+/// Points that stand for a patch: the centroids of its four parts, or some of a cluster.
+fn receiving_points(patches: &Patches, id: PatchId) -> Vec<SurfacePoint> {
+    if patches.is_cluster(id) {
+        let spread = [0.125, 0.375, 0.625, 0.875];
+        return spread.map(|x| patches.sample(id, DVec2::new(x, (7.0 * x).fract()))).to_vec();
+    }
+    let third = DVec3::splat(1.0 / 3.0);
+    patches.cell(id).children().map(|part| part.point(third)).to_vec()
+}
+
+/// Centre and radius of the patch that a source is known by: its cluster, or itself.
+fn unit_of(g: &Geometry, patches: &Patches, s: &Source) -> (DVec3, f64) {
+    let cluster = patches.of_side(s.triangle, s.side).next().filter(|&i| patches.is_cluster(i));
+    let corners: Vec<DVec3> = match cluster {
+        Some(id) => patches.members(id).iter().flat_map(|&t| g.corners(t)).collect(),
+        None => g.corners(s.triangle).to_vec(),
+    };
+    let centre = corners.iter().sum::<DVec3>() / corners.len() as f64;
+    (centre, corners.iter().map(|c| (*c - centre).length()).fold(0.0, f64::max))
+}
+
+/// Sorts sources into groups of neighbours: surfaces if they are few, else halves of halves.
+fn grouped(g: &Geometry, sources: &mut [Source]) -> Vec<Range<usize>> {
+    if sources.is_empty() {
+        return Vec::new();
+    }
+    let surface = |s: &Source| g.surface_of.get(s.triangle.index()).copied().unwrap_or(0);
+    sources.sort_by_key(|s| (surface(s), s.triangle, s.side as u8));
+    let mut groups: Vec<Range<usize>> = Vec::new();
+    for (k, s) in sources.iter().enumerate() {
+        match groups.last_mut() {
+            Some(last) if surface(&sources[last.start]) == surface(s) => last.end = k + 1,
+            _ => groups.push(k..k + 1),
+        }
+    }
+    if groups.len() <= MOST_GROUPS {
+        return groups;
+    }
+    let centre = |s: &Source| g.corners(s.triangle).iter().sum::<DVec3>();
+    groups = std::iter::once(0..sources.len()).collect();
+    while groups.len() < MOST_GROUPS {
+        let largest = (0..groups.len()).max_by_key(|&i| (groups[i].len(), groups.len() - i));
+        let Some(at) = largest.filter(|&i| groups[i].len() > 1) else { break };
+        let range = groups[at].clone();
+        let part = &mut sources[range.clone()];
+        let (low, high) = part
+            .iter()
+            .map(centre)
+            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lo, hi), c| (lo.min(c), hi.max(c)));
+        let extent = high - low;
+        let axis = (0..3).max_by(|&a, &b| extent[a].total_cmp(&extent[b])).unwrap_or(0);
+        part.sort_by(|a, b| {
+            centre(a)[axis].total_cmp(&centre(b)[axis]).then(a.triangle.cmp(&b.triangle))
+        });
+        let middle = range.start + range.len() / 2;
+        groups[at] = range.start..middle;
+        groups.insert(at + 1, middle..range.end);
+    }
+    groups
+}
+
+/// Five numbers in 0..1 that look random.
+fn shifts(seed: u64) -> [f64; 5] {
+    // SplitMix64 (Steele, Lea & Flood 2014).
+    let mut state = seed.wrapping_mul(0xd134_2543_de82_ef95);
+    std::array::from_fn(|_| {
+        state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = state;
+        z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ z >> 31) >> 11) as f64 / (1_u64 << 53) as f64
+    })
+}
