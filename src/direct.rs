@@ -1,7 +1,9 @@
 //! Direct light: the irradiance D that arrives straight from emitters, lamps and the sky, and the
 //! optics of patches that it starts from.
 
-pub mod emitters;
+mod emitters;
+
+pub use emitters::{Apart, ApartOptions, DirectLight, Emitters, MOST_SHADOW, Receiver, Room};
 
 use std::f64::consts::PI;
 
@@ -9,7 +11,7 @@ use glam::{DVec2, DVec3, Vec3};
 use rayon::prelude::*;
 
 use crate::form_factors::FormFactors;
-use crate::patches::{PatchId, Patches, SurfacePoint};
+use crate::patches::{PatchId, Patches, SurfacePoint, side_index};
 use crate::scene::{Lamp, Optics, Rgb, Scene, Side, TriangleId};
 use crate::visibility::{Blockers, Sight};
 
@@ -54,6 +56,45 @@ pub fn through_rows(factors: &FormFactors, emission: &[Rgb], sky: Rgb) -> Vec<Rg
         .map(|i| {
             let id = PatchId(i);
             factors.gather(id, emission) + sky * (PI * factors.account(id).environment)
+        })
+        .collect()
+}
+
+/// Direct irradiance of each patch with a row: from the emitters set apart for it by shadow rays, from
+/// the others and the sky through its sampled row.
+#[must_use]
+pub fn apart(
+    emitters: &Emitters<'_>,
+    patches: &Patches,
+    factors: &FormFactors,
+    emission: &[Rgb],
+    sky: Rgb,
+) -> Vec<DirectLight> {
+    let halves = factors.halves();
+    let side = |j: usize| {
+        let cell = patches.cell(PatchId(j as u32));
+        side_index(cell.triangle, cell.side)
+    };
+    (0..patches.len() as u32)
+        .into_par_iter()
+        .map_init(Room::default, |room, i| {
+            let id = PatchId(i);
+            if !factors.has_row(id) {
+                return DirectLight::default();
+            }
+            let receiver = emitters.patch(patches, id);
+            let mut light = emitters.light_patch(&receiver, patches, id, room);
+            let left = |j: usize| {
+                let e = emission[j];
+                if e == Rgb::ZERO || emitters.is_apart(&receiver, side(j)) { Rgb::ZERO } else { e }
+            };
+            let through = factors.gather_by(id, left);
+            light.irradiance += through;
+            for (k, half) in light.halves.iter_mut().enumerate() {
+                *half += halves.as_ref().map_or(through, |h| h[k].gather_by(id, left));
+            }
+            light += sky * (PI * factors.account(id).environment);
+            light
         })
         .collect()
 }

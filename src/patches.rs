@@ -535,6 +535,28 @@ impl Patches {
         }
     }
 
+    /// The same, but on the part of a patch that belongs to it where something parts it: as uniform
+    /// there as a sequence of points is that is moved on until it falls on that part.
+    #[must_use]
+    pub fn sample_own(&self, id: PatchId, u: DVec2) -> SurfacePoint {
+        /// Steps that fill the unit square evenly (Roberts 2018, the sequence R2).
+        const STEP: DVec2 = DVec2::new(0.754_877_666_246_692_8, 0.569_840_290_998_053_3);
+        /// Parts smaller than a few hundredths of the patch are not found.
+        const TRIES: usize = 32;
+        if !self.is_parted(id) {
+            return self.sample(id, u);
+        }
+        let mut u = u;
+        for _ in 0..TRIES {
+            let p = self.sample(id, u);
+            if self.at(p) == Some(id) {
+                return p;
+            }
+            u = (u + STEP).fract();
+        }
+        self.origin(id)
+    }
+
     /// The centroid of a patch; of a cluster, that of the member that stands for it.
     #[must_use]
     pub fn center(&self, id: PatchId) -> SurfacePoint {

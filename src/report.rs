@@ -42,6 +42,8 @@ pub struct EngineReport {
     pub resolution: Option<usize>,
     /// What was projected.
     pub draw: Option<&'static str>,
+    /// Rays a row.
+    pub samples: Option<usize>,
 }
 
 /// Account of all rows.

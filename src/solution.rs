@@ -5,10 +5,10 @@ use std::time::Instant;
 
 use thiserror::Error;
 
-use crate::direct;
+use crate::direct::{self, ApartOptions, DirectLight, Emitters};
 use crate::form_factors::{
     AssembleError, Classical, Draw, Engine, EngineError, FormFactors, Hemicube, HemicubeError,
-    HemicubeOptions, Row, assemble_lit, entry_bytes,
+    HemicubeOptions, Rays, RaysOptions, Row, assemble_lit, entry_bytes,
 };
 #[cfg(feature = "gpu")]
 use crate::form_factors::{GpuError, HemicubeGpu};
@@ -18,8 +18,8 @@ use crate::reconstruct::Field;
 use crate::refine::factor::{FactorRule, RefineError};
 use crate::report::{EngineReport, Report, RowsReport, Stage};
 use crate::scene::{Geometry, Rgb, Scene, Side};
-use crate::solve::{EnergyBalance, SolveError, SolveOptions, System, solve};
-use crate::visibility::{COVERED, uncover};
+use crate::solve::{EnergyBalance, Method, SolveError, SolveOptions, System, solve};
+use crate::visibility::{Bvh, COVERED, uncover};
 
 /// How a scene is lit.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -67,6 +67,13 @@ pub enum EngineOptions {
     HemicubeGpu(HemicubeOptions),
     /// One visibility ray a pair against every patch: the paper's baseline.
     Classical,
+    /// Sampled rows, and direct light apart from them.
+    Rays {
+        /// How rows are sampled.
+        rows: RaysOptions,
+        /// How direct light is set apart.
+        direct: ApartOptions,
+    },
 }
 
 impl EngineOptions {
@@ -75,6 +82,7 @@ impl EngineOptions {
         &self,
         geometry: &'a Geometry,
         patches: &'a Patches,
+        bvh: &'a Bvh,
         memory: u64,
     ) -> Result<Box<dyn Engine + 'a>, LightError> {
         #[cfg(not(feature = "gpu"))]
@@ -89,7 +97,13 @@ impl EngineOptions {
                 Box::new(HemicubeGpu::new(geometry, patches, options, memory)?)
             }
             Self::Classical => Box::new(Classical::new(geometry, patches)),
+            Self::Rays { rows, .. } => Box::new(Rays::new(geometry, patches, bvh, rows)),
         })
+    }
+
+    /// Number of patches aimed at where no size is given.
+    fn default_patches(&self) -> u64 {
+        if let Self::Rays { .. } = self { SAMPLED_PATCHES } else { DEFAULT_PATCHES }
     }
 
     fn report(&self, engine: &dyn Engine) -> EngineReport {
@@ -97,9 +111,13 @@ impl EngineOptions {
             Self::Hemicube(options) => Some(options),
             #[cfg(feature = "gpu")]
             Self::HemicubeGpu(options) => Some(options),
-            Self::Classical => None,
+            Self::Classical | Self::Rays { .. } => None,
         };
         EngineReport {
+            samples: match self {
+                Self::Rays { rows, .. } => Some(rows.samples),
+                _ => None,
+            },
             name: engine.name(),
             device: engine.device(),
             resolution: hemicube.map(|o| o.resolution),
@@ -122,6 +140,9 @@ pub struct Adaptive {
 
 /// Number of patches aimed at where no size is given, beyond one a side of each source triangle.
 pub const DEFAULT_PATCHES: u64 = 5_000;
+
+/// The same where rows are sampled.
+pub const SAMPLED_PATCHES: u64 = 20_000;
 
 /// Number of patches aimed at where source triangles are clustered and no size is given.
 pub const CLUSTERED_PATCHES: f64 = 10_000.0;
@@ -202,6 +223,9 @@ pub struct Solution {
     pub irradiance: Vec<Rgb>,
     /// Whether a patch's value stands for what is seen of it: it has a row and is not covered.
     pub usable: Vec<bool>,
+    /// Irradiance as each of two independent halves of the rays alone gives it, where rows are
+    /// sampled.
+    pub halves: Option<[Vec<Rgb>; 2]>,
     /// How it came about.
     pub report: Report,
 }
@@ -229,7 +253,7 @@ pub fn light(
     let patch_size = match (options.patch_size, options.adaptive) {
         (Some(size), _) => size,
         (None, None) if cluster => Patches::clustered_area(geometry, CLUSTERED_PATCHES),
-        (None, None) => Patches::area_adding(geometry, DEFAULT_PATCHES),
+        (None, None) => Patches::area_adding(geometry, options.engine.default_patches()),
         // Adaptive subdivision begins with whole source triangles.
         (None, Some(_)) => f64::INFINITY,
     };
@@ -242,39 +266,66 @@ pub fn light(
     let finest = uncover(geometry, finest);
     clock.lap("subdivide");
 
-    let mut engine = options.engine.engine(geometry, &finest, options.memory)?;
+    let bvh = Bvh::new(geometry);
+    let mut engine = options.engine.engine(geometry, &finest, &bvh, options.memory)?;
     let engine_report = options.engine.report(&*engine);
     check_memory(&mut *engine, &finest, patch_size, options.memory)?;
-    let lamps = direct::from_lamps(scene, &finest);
-    let (patches, factors, lamps) = match options.adaptive {
-        None => {
-            let lit = |i: PatchId| lamps[i.index()].max_element() > 0.0;
-            let factors = lit_rows(scene, &finest, lit, &mut *engine, options.memory, progress)?;
-            drop(engine);
-            (finest, factors, lamps)
-        }
+    let refined = match options.adaptive {
+        None => None,
         Some(Adaptive { max_factor, min_area }) => {
             let start_area = Some(patch_size);
             let rule = FactorRule { max_factor, min_area, start_area, balance: true };
             progress.stage("form factors", 0);
             let shared = Arc::new(finest.clone());
-            let refined = rule.refine(geometry, shared, &mut *engine, options.memory, progress)?;
-            let lamps = direct::from_lamps(scene, &refined.patches);
-            (refined.patches, refined.factors, lamps)
+            Some(rule.refine(geometry, shared, &mut *engine, options.memory, progress)?)
+        }
+    };
+    drop(engine);
+    let sampled = matches!(options.engine, EngineOptions::Rays { .. });
+    let (patches, made) = match refined {
+        // Rows from the centres of patches serve every mesh that has the same centres; rows from all
+        // over a patch do not.
+        Some(refined) => (refined.patches, (!sampled).then_some(refined.factors)),
+        None => (finest, None),
+    };
+    let lamps = direct::from_lamps(scene, &patches);
+    let factors = match made {
+        Some(factors) => factors,
+        None => {
+            let mut engine = options.engine.engine(geometry, &patches, &bvh, options.memory)?;
+            let lit = |i: PatchId| lamps[i.index()].max_element() > 0.0;
+            lit_rows(scene, &patches, lit, &mut *engine, options.memory, progress)?
         }
     };
     clock.lap("form factors");
 
     let rho = direct::reflectance(&scene.optics, &patches);
     let emission = direct::emission(&scene.optics, &patches);
-    let mut direct = direct::through_rows(&factors, &emission, scene.sky);
+    let mut direct = match options.engine {
+        EngineOptions::Rays { direct: apart, .. } => {
+            progress.stage("direct light", 0);
+            let emitters = Emitters::new(geometry, &scene.optics, &patches, &bvh, apart);
+            let found = direct::apart(&emitters, &patches, &factors, &emission, scene.sky);
+            clock.lap("direct light");
+            found
+        }
+        _ => direct::through_rows(&factors, &emission, scene.sky)
+            .into_iter()
+            .map(DirectLight::from)
+            .collect(),
+    };
     for (direct, lamps) in direct.iter_mut().zip(&lamps) {
         *direct += *lamps;
     }
     let areas: Vec<f64> = patches.ids().map(|i| patches.area(i)).collect();
-    let system = System { factors: &factors, rho: &rho, direct: &direct, areas: &areas };
+    let all: Vec<Rgb> = direct.iter().map(|d| d.irradiance).collect();
+    let system = System { factors: &factors, rho: &rho, direct: &all, areas: &areas };
     progress.stage("solve", 0);
     let (irradiance, solved) = solve(&system, &options.solve, progress)?;
+    let halves = match factors.halves() {
+        Some(halves) => Some(solve_halves(&system, &halves, &direct, options, progress)?),
+        None => None,
+    };
     clock.lap("solve");
 
     let usable: Vec<bool> =
@@ -292,7 +343,27 @@ pub fn light(
         stages: clock.stages,
         peak_memory_bytes: None,
     };
-    Ok(Solution { patches, irradiance, usable, report })
+    Ok(Solution { patches, irradiance, usable, halves, report })
+}
+
+/// Irradiance as each half of the rays alone gives it.
+fn solve_halves(
+    system: &System<'_>,
+    halves: &[FormFactors; 2],
+    direct: &[DirectLight],
+    options: &LightOptions,
+    progress: &dyn Progress,
+) -> Result<[Vec<Rgb>; 2], SolveError> {
+    /// Differences of halves are no better than the noise that they tell of.
+    const TOLERANCE: f64 = 1e-4;
+    let method = Method::GaussSeidel;
+    let solving = SolveOptions { method, tolerance: TOLERANCE, ..options.solve };
+    let half = |k: usize| {
+        let direct: Vec<Rgb> = direct.iter().map(|d| d.halves[k]).collect();
+        let system = System { factors: &halves[k], direct: &direct, ..*system };
+        solve(&system, &solving, progress).map(|s| s.0)
+    };
+    Ok([half(0)?, half(1)?])
 }
 
 /// Whether source triangles are to be clustered.

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use glam::DVec3;
+use hemicube::form_factors::rays::MOST_SAMPLES;
 
 /// Radiosity: pictures of scenes lit by the exchange of diffuse light.
 #[derive(Debug, Parser)]
@@ -199,6 +200,14 @@ pub struct Light {
     #[arg(long, value_enum, hide_short_help = true)]
     pub draw: Option<DrawChoice>,
 
+    /// Rays a row, 32 to 65536 [default: 1024]
+    #[arg(long, value_name = "N", value_parser = samples)]
+    pub samples: Option<usize>,
+
+    /// Another seed gives other rays
+    #[arg(long, value_name = "N", hide_short_help = true)]
+    pub seed: Option<u32>,
+
     /// How the energy balance is solved
     #[arg(long, value_enum, default_value_t = SolverChoice::GaussSeidel, hide_short_help = true)]
     pub solver: SolverChoice,
@@ -280,6 +289,8 @@ pub enum Exposure {
 /// `--engine`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum EngineArg {
+    /// Rays from all over a patch, and direct light apart: fast, and right at contacts
+    Rays,
     /// A whole row at once from an item buffer
     Hemicube,
     /// One visibility ray a pair against every patch: the paper's baseline, slow
@@ -392,6 +403,13 @@ fn exposure(text: &str) -> Result<Exposure, String> {
     match text.parse() {
         Ok(stops) if (-100.0..=100.0).contains(&stops) => Ok(Exposure::Stops(stops)),
         _ => Err(format!("'{text}' is neither auto nor a number of stops from -100 to 100")),
+    }
+}
+
+fn samples(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(n) if (32..=MOST_SAMPLES).contains(&n) => Ok(n),
+        _ => Err(format!("'{text}' is not a number of rays from 32 to {MOST_SAMPLES}")),
     }
 }
 

@@ -3,8 +3,10 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use clap::ValueEnum;
+use hemicube::direct::ApartOptions;
 use hemicube::export::{can_write, write_png, write_whole};
-use hemicube::form_factors::{Draw, EngineError, HemicubeOptions};
+use hemicube::form_factors::{Draw, EngineError, HemicubeOptions, RaysOptions};
 use hemicube::progress::Progress;
 use hemicube::refine::factor::RefineError;
 use hemicube::render::{PictureOptions, RenderError, Renderer, check};
@@ -168,18 +170,33 @@ pub fn lit(scene: &Scene, args: &Light, bar: &Bar) -> Result<Solution, Failure> 
 
 /// The engine asked for; a flag that it does not use is an error.
 fn engine_of(args: &Light) -> Result<EngineOptions, Failure> {
-    if args.engine == EngineArg::Classical {
-        let given = [
-            ("--device", args.device.is_some()),
-            ("--resolution", args.resolution.is_some()),
-            ("--draw", args.draw.is_some()),
-        ];
-        return match given.iter().find(|g| g.1) {
-            None => Ok(EngineOptions::Classical),
-            Some((flag, _)) => Err(Failure::Input(format!(
-                "{flag} is for hemicubes; --engine classical does not use it"
-            ))),
-        };
+    let hemicubes = [
+        ("--device", args.device.is_some()),
+        ("--resolution", args.resolution.is_some()),
+        ("--draw", args.draw.is_some()),
+    ];
+    let rays = [("--samples", args.samples.is_some()), ("--seed", args.seed.is_some())];
+    let unused: &[&[(&str, bool)]] = match args.engine {
+        EngineArg::Rays => &[&hemicubes],
+        EngineArg::Hemicube => &[&rays],
+        EngineArg::Classical => &[&hemicubes, &rays],
+    };
+    if let Some((flag, _)) = unused.iter().flat_map(|flags| *flags).find(|f| f.1) {
+        let name = args.engine.to_possible_value();
+        let name = name.as_ref().map_or("", |n| n.get_name());
+        return Err(Failure::Input(format!("{flag} is not used by --engine {name}; leave it out")));
+    }
+    match args.engine {
+        EngineArg::Classical => return Ok(EngineOptions::Classical),
+        EngineArg::Rays => {
+            let seed = args.seed.unwrap_or_default();
+            let samples = args.samples.unwrap_or(RaysOptions::default().samples);
+            return Ok(EngineOptions::Rays {
+                rows: RaysOptions { samples, seed },
+                direct: ApartOptions { seed, ..ApartOptions::default() },
+            });
+        }
+        EngineArg::Hemicube => {}
     }
     let hemicube = HemicubeOptions {
         resolution: args.resolution.unwrap_or(HemicubeOptions::default().resolution),

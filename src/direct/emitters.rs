@@ -28,6 +28,24 @@ use crate::patches::{PatchId, Patches, SurfacePoint, side_index};
 use crate::scene::{Geometry, Optics, Rgb, Side, TriangleId, luminance};
 use crate::visibility::{Bvh, LANES, NOTHING, Packet, multiversion};
 
+/// How direct light is set apart.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ApartOptions {
+    /// Which emitters are. Default: those neither too near nor too large.
+    pub which: Apart,
+    /// Shadow rays from a receiver to a group of emitters that it sees in part, 16 to
+    /// [`MOST_SHADOW`]. Default 64.
+    pub shadow: usize,
+    /// Other seeds give other rays. Default 0.
+    pub seed: u32,
+}
+
+impl Default for ApartOptions {
+    fn default() -> Self {
+        Self { which: Apart::default(), shadow: 64, seed: 0 }
+    }
+}
+
 /// Which emitters are set apart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Apart {
@@ -62,7 +80,7 @@ pub const MOST_SHADOW: usize = 4096;
 pub struct Emitters<'a> {
     geometry: &'a Geometry,
     bvh: &'a Bvh,
-    apart: Apart,
+    options: ApartOptions,
     sources: Vec<Source>,
     lanes: Lanes,
     /// Consecutive sources whose visible share is found together.
@@ -126,6 +144,13 @@ pub struct DirectLight {
     pub halves: [Rgb; 2],
 }
 
+impl From<Rgb> for DirectLight {
+    /// Light that is known without shadow rays.
+    fn from(irradiance: Rgb) -> Self {
+        Self { irradiance, halves: [irradiance; 2] }
+    }
+}
+
 impl std::ops::AddAssign<Rgb> for DirectLight {
     /// Adds light that is known without shadow rays.
     fn add_assign(&mut self, more: Rgb) {
@@ -165,8 +190,7 @@ impl<'a> Emitters<'a> {
         optics: &Optics,
         patches: &Patches,
         bvh: &'a Bvh,
-        apart: Apart,
-        seed: u32,
+        options: ApartOptions,
     ) -> Self {
         let mut sources: Vec<Source> = geometry
             .ids()
@@ -189,10 +213,10 @@ impl<'a> Emitters<'a> {
             lanes.push(geometry, bvh, s, unit_of(geometry, patches, s));
         }
         let pairs = [0, 1].map(|half| {
-            let sequence = 0x5eed_0000 ^ (2 * seed + half);
+            let sequence = 0x5eed_0000 ^ (2 * options.seed + half);
             (0..MOST_SHADOW as u32 / 2).map(|i| sobol_burley::sample_4d(i, 0, sequence)).collect()
         });
-        Self { geometry, bvh, apart, sources, lanes, groups, source_of, pairs }
+        Self { geometry, bvh, options, sources, lanes, groups, source_of, pairs }
     }
 
     /// Number of emitting sides.
@@ -256,7 +280,7 @@ impl<'a> Emitters<'a> {
     }
 
     fn set_apart(&self, r: &Receiver, k: usize) -> bool {
-        match self.apart {
+        match self.options.which {
             Apart::All => true,
             Apart::None => false,
             Apart::Suitable => {
@@ -266,18 +290,16 @@ impl<'a> Emitters<'a> {
         }
     }
 
-    /// Direct irradiance from the emitters set apart for a receiver. `shadow` rays, up to
-    /// [`MOST_SHADOW`], are traced for each group of emitters that is seen in part. `sample` gives a
-    /// point of the receiver from one in the unit square.
+    /// Direct irradiance from the emitters set apart for a receiver. `sample` gives a point of it from
+    /// one in the unit square.
     pub fn light(
         &self,
         receiver: &Receiver,
-        shadow: usize,
         sample: impl Fn(DVec2) -> ReceiverPoint,
         room: &mut Room,
     ) -> DirectLight {
         let mut total = DirectLight::default();
-        if self.is_empty() || self.apart == Apart::None {
+        if self.is_empty() || self.options.which == Apart::None {
             return total;
         }
         room.weights.resize(self.sources.len(), 0.0);
@@ -296,7 +318,7 @@ impl<'a> Emitters<'a> {
             if unoccluded == Rgb::ZERO {
                 continue;
             }
-            let [a, b] = self.visible(receiver, number, sum, shadow, &sample, room);
+            let [a, b] = self.visible(receiver, number, sum, &sample, room);
             let both = Seen { kept: a.kept + b.kept, all: a.all + b.all };
             total.irradiance += unoccluded * both.share();
             for (half, seen) in total.halves.iter_mut().zip([a, b]) {
@@ -304,6 +326,22 @@ impl<'a> Emitters<'a> {
             }
         }
         total
+    }
+
+    /// The same for a patch.
+    pub fn light_patch(
+        &self,
+        receiver: &Receiver,
+        patches: &Patches,
+        id: PatchId,
+        room: &mut Room,
+    ) -> DirectLight {
+        let sample = |u| {
+            let p = patches.sample_own(id, u);
+            let g = self.geometry;
+            (p.position(g), g.normal(p.triangle, p.side), self.bvh.solid(p.triangle))
+        };
+        self.light(receiver, sample, room)
     }
 
     /// Mean irradiance over the receiver from a group, as if nothing stood between.
@@ -332,13 +370,12 @@ impl<'a> Emitters<'a> {
         receiver: &Receiver,
         number: usize,
         sum: f64,
-        shadow: usize,
         sample: &impl Fn(DVec2) -> ReceiverPoint,
         room: &mut Room,
     ) -> [Seen; 2] {
         let mut halves = [Seen::default(); 2];
         let (mut drawn, mut blocked) = (0, 0);
-        let more = shadow.min(MOST_SHADOW).next_multiple_of(PAIRS);
+        let more = self.options.shadow.min(MOST_SHADOW).next_multiple_of(PAIRS);
         // The first pairs tell whether more are worth their while.
         for (round, count) in [(0, PAIRS), (1, more)] {
             self.draw(receiver, (number, round), sum, count, sample, room);

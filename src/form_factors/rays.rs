@@ -19,11 +19,11 @@ use rayon::prelude::*;
 
 use super::lookup::{Lookups, environment, index_in_grid};
 use super::rows::{Engine, EngineError, Row, Weights};
-use crate::patches::{PatchId, Patches, SurfacePoint};
+use crate::patches::{PatchId, Patches};
 use crate::scene::Geometry;
 use crate::visibility::{Bvh, Frame, Hits, LANES, NOTHING, Packet, multiversion};
 
-/// How rays are sampled.
+/// How rows are sampled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct RaysOptions {
     /// Rays a row, 32 to [`MOST_SAMPLES`], rounded up to a multiple of 32. Powers of two fill best.
@@ -114,29 +114,12 @@ impl<'a> Rays<'a> {
 
     /// A ray from a cut patch or a cluster, one by one: it begins where the patch is.
     fn place_one(&self, id: PatchId, area: DVec2, local: Vec3) -> (Vec3, Vec3, Option<u32>) {
-        let p = self.point_of(id, area);
+        let p = self.patches.sample_own(id, area);
         let frame =
             Frame::on_surface(p.position(self.geometry), self.geometry.normal(p.triangle, p.side));
         let [t, u, n] = frame.axes.map(|a| a.as_vec3());
         let direction = t * local.x + u * local.y + n * local.z;
         (self.bvh.local(frame.origin), direction, self.bvh.solid(p.triangle))
-    }
-
-    /// A point of a patch; of a cut patch, one that belongs to it.
-    fn point_of(&self, id: PatchId, area: DVec2) -> SurfacePoint {
-        /// Steps that fill the unit square evenly (Roberts's R2 sequence).
-        const STEP: DVec2 = DVec2::new(0.754_877_666_246_692_8, 0.569_840_290_998_053_3);
-        /// Parts smaller than a few hundredths of the patch are not found.
-        const TRIES: usize = 32;
-        let mut u = area;
-        for _ in 0..TRIES {
-            let p = self.patches.sample(id, u);
-            if self.patches.at(p) == Some(id) {
-                return p;
-            }
-            u = (u + STEP).fract();
-        }
-        self.patches.origin(id)
     }
 }
 
