@@ -18,7 +18,7 @@ use crate::reconstruct::Field;
 use crate::refine::factor::{FactorRule, RefineError};
 use crate::report::{EngineReport, Report, RowsReport, Stage};
 use crate::scene::{Geometry, Rgb, Scene, Side};
-use crate::solve::{EnergyBalance, Method, SolveError, SolveOptions, System, solve};
+use crate::solve::{EnergyBalance, SolveError, SolveOptions, System, solve, solve_near};
 use crate::visibility::{Bvh, COVERED, uncover};
 
 /// How a scene is lit.
@@ -263,10 +263,10 @@ pub fn light(
     } else {
         Patches::uniform(geometry, finest)?
     };
-    let finest = uncover(geometry, finest);
+    let bvh = Bvh::new(geometry);
+    let finest = uncover(geometry, finest, &bvh);
     clock.lap("subdivide");
 
-    let bvh = Bvh::new(geometry);
     let mut engine = options.engine.engine(geometry, &finest, &bvh, options.memory)?;
     let engine_report = options.engine.report(&*engine);
     check_memory(&mut *engine, &finest, patch_size, options.memory)?;
@@ -323,7 +323,9 @@ pub fn light(
     progress.stage("solve", 0);
     let (irradiance, solved) = solve(&system, &options.solve, progress)?;
     let halves = match factors.halves() {
-        Some(halves) => Some(solve_halves(&system, &halves, &direct, options, progress)?),
+        Some(halves) => {
+            Some(solve_halves(&system, &irradiance, &halves, &direct, options, progress)?)
+        }
         None => None,
     };
     clock.lap("solve");
@@ -349,19 +351,19 @@ pub fn light(
 /// Irradiance as each half of the rays alone gives it.
 fn solve_halves(
     system: &System<'_>,
+    irradiance: &[Rgb],
     halves: &[FormFactors; 2],
     direct: &[DirectLight],
     options: &LightOptions,
     progress: &dyn Progress,
 ) -> Result<[Vec<Rgb>; 2], SolveError> {
     /// Differences of halves are no better than the noise that they tell of.
-    const TOLERANCE: f64 = 1e-4;
-    let method = Method::GaussSeidel;
-    let solving = SolveOptions { method, tolerance: TOLERANCE, ..options.solve };
+    const TOLERANCE: f64 = 1e-3;
+    let solving = SolveOptions { tolerance: TOLERANCE, ..options.solve };
     let half = |k: usize| {
         let direct: Vec<Rgb> = direct.iter().map(|d| d.halves[k]).collect();
         let system = System { factors: &halves[k], direct: &direct, ..*system };
-        solve(&system, &solving, progress).map(|s| s.0)
+        solve_near(&system, irradiance, &solving, progress).map(|s| s.0)
     };
     Ok([half(0)?, half(1)?])
 }
@@ -461,7 +463,8 @@ fn rows_report(factors: &FormFactors, areas: &[f64]) -> RowsReport {
     let mean = sums.map(|s| if area > 0.0 { s / area } else { 0.0 });
     let (mut difference, mut size) = (0.0, 0.0);
     let step = with_row.len().div_ceil(RECIPROCITY_ROWS).max(1);
-    for &i in with_row.iter().step_by(step) {
+    let sampled = factors.halves().is_some();
+    for &i in with_row.iter().step_by(step).filter(|_| !sampled) {
         for (j, f) in factors.row(i).iter().flat_map(|r| r.entries().collect::<Vec<_>>()) {
             let (there, back) = (areas[i.index()] * f, areas[j.index()] * factors.factor(j, i));
             difference += (there - back) * (there - back);
@@ -477,7 +480,7 @@ fn rows_report(factors: &FormFactors, areas: &[f64]) -> RowsReport {
         back: mean[2],
         lost: mean[3],
         covered,
-        reciprocity_rms: if size > 0.0 { (difference / size).sqrt() } else { 0.0 },
+        reciprocity_rms: (size > 0.0).then(|| (difference / size).sqrt()),
     }
 }
 

@@ -119,11 +119,21 @@ pub fn solve(
     progress: &dyn Progress,
 ) -> Result<(Vec<Rgb>, SolveReport), SolveError> {
     match options.method {
-        Method::GaussSeidel => gauss_seidel::solve(system, options, progress),
+        Method::GaussSeidel => gauss_seidel::solve(system, system.direct, options, progress),
         Method::Jacobi => jacobi::solve(system, options, progress),
         Method::Shooting => shooting::solve(system, options, progress),
         Method::Direct => direct::solve(system, options, progress),
     }
+}
+
+/// The same by [`Method::GaussSeidel`], from a guess that is near.
+pub fn solve_near(
+    system: &System<'_>,
+    guess: &[Rgb],
+    options: &SolveOptions,
+    progress: &dyn Progress,
+) -> Result<(Vec<Rgb>, SolveReport), SolveError> {
+    gauss_seidel::solve(system, guess, options, progress)
 }
 
 impl System<'_> {

@@ -133,7 +133,7 @@ fn rows_agree_with_those_of_the_cpu() {
         let scene = builtin::build(name).unwrap();
         let g = &scene.geometry;
         let size = Patches::area_adding(g, 1000);
-        let uniform = uncover(g, Patches::uniform(g, size).unwrap());
+        let uniform = uncover(g, Patches::uniform(g, size).unwrap(), &Bvh::new(g));
         for (kind, p) in [("uniform", uniform), ("mixed", mixed(g, size))] {
             let ids: Vec<PatchId> = p.ids().step_by(p.len().div_ceil(100)).collect();
             for draw in DRAWS {

@@ -2,7 +2,7 @@
 //!
 //! Each engine states how near it comes. `hemicube` and `classical` both stand at the centre of the
 //! patch, so sums over many patches carry a bias that depends on the scene; rows of a hemicube
-//! sum to exactly one.
+//! sum to exactly one. `rays` begin all over the patch: noise instead of bias, and rows sum to one.
 
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 #![allow(clippy::print_stdout, reason = "figures for people, shown with --nocapture")]
@@ -13,23 +13,29 @@ use glam::{DVec3, dvec3};
 use hemicube::direct;
 use hemicube::form_factors::kernel::point_to_polygon;
 use hemicube::form_factors::{
-    Classical, Draw, Engine, FormFactors, Hemicube, HemicubeOptions, Row, assemble,
+    Classical, Draw, Engine, FormFactors, Hemicube, HemicubeOptions, Rays, RaysOptions, Row,
+    assemble,
 };
 use hemicube::patches::{PatchId, Patches};
 use hemicube::progress::Silent;
 use hemicube::scene::builtin::{self, FURNACE_REFLECTANCE, Mesh, closed_room};
 use hemicube::scene::{Geometry, Material, Rgb, Scene, SceneBuilder, Sides, Surface};
 use hemicube::solve::{EnergyBalance, Method, SolveOptions, System, solve};
+use hemicube::visibility::Bvh;
 
 /// An engine of its own options.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Kind {
     Hemicube(Draw),
     Classical,
+    Rays,
 }
 
-const ENGINES: [Kind; 3] =
-    [Kind::Hemicube(Draw::Sources), Kind::Hemicube(Draw::Patches), Kind::Classical];
+const ENGINES: [Kind; 4] =
+    [Kind::Hemicube(Draw::Sources), Kind::Hemicube(Draw::Patches), Kind::Classical, Kind::Rays];
+
+/// Those that look from the centre of a patch.
+const CENTRED: [Kind; 3] = [ENGINES[0], ENGINES[1], ENGINES[2]];
 
 const METHODS: [Method; 4] =
     [Method::GaussSeidel, Method::Jacobi, Method::Shooting, Method::Direct];
@@ -41,6 +47,11 @@ fn engine<'a>(kind: Kind, g: &'a Geometry, p: &'a Patches) -> Box<dyn Engine + '
             Box::new(Hemicube::new(g, p, options).unwrap())
         }
         Kind::Classical => Box::new(Classical::new(g, p)),
+        // Kept until the tests end: the engine borrows it.
+        Kind::Rays => {
+            let bvh = Box::leak(Box::new(Bvh::new(g)));
+            Box::new(Rays::new(g, p, bvh, RaysOptions::default()))
+        }
     }
 }
 
@@ -198,13 +209,18 @@ fn a_closed_room_with_uneven_emission_receives_what_is_known() {
         println!(
             "{kind:?}: relative error of the sum of A H at patch sizes .5 and .1: {errors:.4?}"
         );
-        assert!(errors[1] < 0.6 * errors[0], "{kind:?}: falls with patch size: {errors:?}");
+        // Noise does not fall with the patch size, but there is no bias either.
+        let falls = errors[1] < 0.6 * errors[0];
+        assert!(
+            falls || kind == Kind::Rays && errors[0].max(errors[1]) < 2e-3,
+            "{kind:?}: {errors:?}"
+        );
     }
 }
 
 #[test]
 fn an_open_scene_balances_within_the_engines_error() {
-    for kind in [Kind::Hemicube(Draw::Sources), Kind::Classical] {
+    for kind in [Kind::Hemicube(Draw::Sources), Kind::Classical, Kind::Rays] {
         let case = Case::new(builtin::build("cornell-box").unwrap(), 0.3, kind);
         let balance = case.balance(&case.solve(Method::GaussSeidel));
         println!("{kind:?}: {balance:.4?}");
@@ -250,7 +266,7 @@ fn unit_squares_have_their_analytic_factors() {
 
 #[test]
 fn unsplit_squares_have_the_point_factor_of_their_centre() {
-    for kind in ENGINES {
+    for kind in CENTRED {
         for (scene, _) in unit_squares() {
             let g = &scene.geometry;
             let p = Patches::uniform(g, 1.0).unwrap();
@@ -283,7 +299,7 @@ fn inside_a_polyhedral_sphere_rows_are_the_polyhedrons() {
     let p = Patches::uniform(g, 1.0).unwrap();
     assert_eq!(p.len(), 500);
     let total: f64 = p.ids().map(|i| p.area(i)).sum();
-    for kind in ENGINES {
+    for kind in CENTRED {
         let (mut difference, mut sphere) = (0.0_f64, 0.0_f64);
         for (i, row) in p.ids().zip(all_rows(kind, g, &p)) {
             let centre = p.center(i).position(g);

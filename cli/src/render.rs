@@ -232,7 +232,7 @@ fn say_details(report: &Report) {
     if let Some(r) = report.rows {
         say(&format!(
             "rows: {} with {} entries ({} MiB); on average {:.4} to patches, {:.4} to the environment, \
-             {:.4} to backs, {:.4} lost; {} covered; reciprocity error {:.1} % RMS",
+             {:.4} to backs, {:.4} lost; {} covered{}",
             r.rows,
             r.entries,
             r.bytes >> 20,
@@ -241,7 +241,10 @@ fn say_details(report: &Report) {
             r.back,
             r.lost,
             r.covered,
-            100.0 * r.reciprocity_rms
+            r.reciprocity_rms.map_or(String::new(), |rms| format!(
+                "; reciprocity error {:.1} % RMS",
+                100.0 * rms
+            ))
         ));
     }
     if let Some(s) = report.solve {

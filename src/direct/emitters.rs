@@ -85,6 +85,8 @@ pub struct Emitters<'a> {
     lanes: Lanes,
     /// Consecutive sources whose visible share is found together.
     groups: Vec<Range<usize>>,
+    /// Centre and radius of each group.
+    reaches: Vec<(DVec3, f64)>,
     /// The source of each side, or [`NOTHING`].
     source_of: Vec<u32>,
     /// Points in the unit squares of receiver and emitter, for each of two sequences.
@@ -97,6 +99,7 @@ struct Source {
     triangle: TriangleId,
     side: Side,
     radiance: Rgb,
+    corners: [DVec3; 3],
     normal: DVec3,
     area: f64,
 }
@@ -111,9 +114,17 @@ struct Lanes {
     /// Of the farthest corner from the centre.
     radius: Vec<f32>,
     luminance: Vec<f32>,
-    /// Centre and radius of the patch that a source belongs to, if it is a cluster; else its own.
-    unit: [Vec<f32>; 3],
-    unit_radius: Vec<f32>,
+    /// What sets a source apart: of the patch that it belongs to, if that is a cluster, else its own.
+    units: Units,
+}
+
+/// Centre, normal (zero if it is not flat), radius and area of emitters that are set apart as one.
+#[derive(Debug, Clone, Default)]
+struct Units {
+    centre: [Vec<f32>; 3],
+    normal: [Vec<f32>; 3],
+    radius: Vec<f32>,
+    area: Vec<f32>,
 }
 
 /// Where direct light is wanted: all over a patch, or at a point.
@@ -121,6 +132,8 @@ struct Lanes {
 pub struct Receiver {
     /// Points that the unoccluded irradiance is averaged over, and their normals.
     points: Vec<(DVec3, DVec3)>,
+    /// Centre and mean normal.
+    middle: (DVec3, DVec3),
     centre: Vec3,
     normal: Vec3,
     /// Sine of the largest angle between its normals.
@@ -163,6 +176,8 @@ impl std::ops::AddAssign<Rgb> for DirectLight {
 #[derive(Debug, Default)]
 pub struct Room {
     weights: Vec<f32>,
+    /// Sums of each 16 weights of a group.
+    blocks: Vec<f32>,
     packets: Vec<Packet>,
     kernels: Vec<Rgb>,
     blocked: Vec<u16>,
@@ -200,6 +215,7 @@ impl<'a> Emitters<'a> {
                 triangle,
                 side,
                 radiance: optics.emission(triangle, side) / PI,
+                corners: geometry.corners(triangle),
                 normal: geometry.normal(triangle, side),
                 area: geometry.area(triangle),
             })
@@ -210,13 +226,20 @@ impl<'a> Emitters<'a> {
         let mut lanes = Lanes::default();
         for (k, s) in sources.iter().enumerate() {
             source_of[side_index(s.triangle, s.side)] = k as u32;
-            lanes.push(geometry, bvh, s, unit_of(geometry, patches, s));
+            lanes.push(bvh, s, &unit_of(geometry, patches, s));
         }
+        let reaches = groups
+            .iter()
+            .map(|g| {
+                let corners = sources[g.clone()].iter().flat_map(|s| s.corners);
+                sphere(&corners.collect::<Vec<_>>())
+            })
+            .collect();
         let pairs = [0, 1].map(|half| {
             let sequence = 0x5eed_0000 ^ (2 * options.seed + half);
             (0..MOST_SHADOW as u32 / 2).map(|i| sobol_burley::sample_4d(i, 0, sequence)).collect()
         });
-        Self { geometry, bvh, options, sources, lanes, groups, source_of, pairs }
+        Self { geometry, bvh, options, sources, lanes, groups, reaches, source_of, pairs }
     }
 
     /// Number of emitting sides.
@@ -246,8 +269,10 @@ impl<'a> Emitters<'a> {
         /// Sine of twice the largest angle of a cluster's normals from their mean.
         const BEND: f32 = 0.5;
         let scale = self.bvh.scale();
+        let normal = points.iter().map(|p| p.1).sum::<DVec3>().normalize_or_zero();
         Receiver {
             points,
+            middle: (centre, normal),
             centre: self.bvh.local(centre),
             normal: g.normal(cell.triangle, cell.side).as_vec3(),
             bend: if patches.is_cluster(id) { BEND } else { 0.0 },
@@ -262,6 +287,7 @@ impl<'a> Emitters<'a> {
     pub fn point(&self, at: DVec3, normal: DVec3, seed: u64) -> Receiver {
         Receiver {
             points: vec![(at, normal)],
+            middle: (at, normal),
             centre: self.bvh.local(at),
             normal: normal.as_vec3(),
             bend: 0.0,
@@ -284,8 +310,10 @@ impl<'a> Emitters<'a> {
             Apart::All => true,
             Apart::None => false,
             Apart::Suitable => {
-                let unit = [0, 1, 2].map(|a| self.lanes.unit[a][k]);
-                suitable(r, unit, self.lanes.unit_radius[k])
+                let Units { centre: [x, y, z], normal: [nx, ny, nz], radius, area } =
+                    &self.lanes.units;
+                let (centre, normal) = ([x[k], y[k], z[k]], [nx[k], ny[k], nz[k]]);
+                suitable(r, centre, normal, radius[k], area[k])
             }
         }
     }
@@ -303,22 +331,18 @@ impl<'a> Emitters<'a> {
             return total;
         }
         room.weights.resize(self.sources.len(), 0.0);
-        weigh(&self.lanes, receiver, &mut room.weights);
-        for k in 0..self.sources.len() {
-            if room.weights[k] > 0.0 && !self.set_apart(receiver, k) {
-                room.weights[k] = 0.0;
-            }
-        }
+        let all = self.options.which == Apart::All;
+        weigh(&self.lanes, receiver, all, &mut room.weights);
         for (number, group) in self.groups.iter().enumerate() {
-            let sum: f64 = room.weights[group.clone()].iter().map(|w| f64::from(*w)).sum();
-            if sum <= 0.0 {
+            add_blocks(&room.weights[group.clone()], &mut room.blocks);
+            if room.blocks.iter().all(|b| *b <= 0.0) {
                 continue;
             }
-            let unoccluded = self.unoccluded(receiver, group.clone(), &room.weights);
+            let unoccluded = self.unoccluded(receiver, number, &room.weights);
             if unoccluded == Rgb::ZERO {
                 continue;
             }
-            let [a, b] = self.visible(receiver, number, sum, &sample, room);
+            let [a, b] = self.visible(receiver, number, &sample, room);
             let both = Seen { kept: a.kept + b.kept, all: a.all + b.all };
             total.irradiance += unoccluded * both.share();
             for (half, seen) in total.halves.iter_mut().zip([a, b]) {
@@ -345,22 +369,33 @@ impl<'a> Emitters<'a> {
     }
 
     /// Mean irradiance over the receiver from a group, as if nothing stood between.
-    fn unoccluded(&self, receiver: &Receiver, group: Range<usize>, weights: &[f32]) -> Rgb {
+    fn unoccluded(&self, receiver: &Receiver, number: usize, weights: &[f32]) -> Rgb {
+        /// Radii of a receiver beyond which its centre stands for all of it.
+        const FAR: f64 = 24.0;
+        let group = self.groups[number].clone();
+        let (centre, reach) = self.reaches[number];
+        let away = (centre - receiver.middle.0).length() - reach;
+        let radius = f64::from(receiver.radius) * self.bvh.scale();
+        let middle = [receiver.middle];
+        let points = if away > FAR * radius { &middle } else { &receiver.points[..] };
         let mut sum = Rgb::ZERO;
-        for (at, normal) in &receiver.points {
-            let mut far = [0.0; 3];
+        for (at, normal) in points {
+            let (mut far, mut some_near) = ([0.0; 3], false);
             let local = self.bvh.local(*at);
-            add_far(&self.lanes, group.clone(), weights, local, normal.as_vec3(), &mut far);
+            let up = normal.as_vec3();
+            add_far(&self.lanes, group.clone(), weights, local, up, &mut far, &mut some_near);
             sum += Rgb::from_array(far.map(f64::from));
+            if !some_near {
+                continue;
+            }
             for k in group.clone().filter(|&k| weights[k] > 0.0 && self.lanes.is_near(k, local)) {
                 let s = &self.sources[k];
-                let corners = self.geometry.corners(s.triangle);
-                if s.normal.dot(*at - corners[0]) > 0.0 {
-                    sum += s.radiance * (PI * point_to_polygon(*at, *normal, &corners));
+                if s.normal.dot(*at - s.corners[0]) > 0.0 {
+                    sum += s.radiance * (PI * point_to_polygon(*at, *normal, &s.corners));
                 }
             }
         }
-        sum / receiver.points.len() as f64
+        sum / points.len() as f64
     }
 
     /// Sums over pairs of points on the receiver and on a group of emitters, for each half of the
@@ -369,7 +404,6 @@ impl<'a> Emitters<'a> {
         &self,
         receiver: &Receiver,
         number: usize,
-        sum: f64,
         sample: &impl Fn(DVec2) -> ReceiverPoint,
         room: &mut Room,
     ) -> [Seen; 2] {
@@ -378,7 +412,7 @@ impl<'a> Emitters<'a> {
         let more = self.options.shadow.min(MOST_SHADOW).next_multiple_of(PAIRS);
         // The first pairs tell whether more are worth their while.
         for (round, count) in [(0, PAIRS), (1, more)] {
-            self.draw(receiver, (number, round), sum, count, sample, room);
+            self.draw(receiver, (number, round), count, sample, room);
             for (lane, kernel) in room.kernels.iter().enumerate().filter(|k| *k.1 != Rgb::ZERO) {
                 let half = &mut halves[lane % 2];
                 half.all += *kernel;
@@ -389,11 +423,55 @@ impl<'a> Emitters<'a> {
                     blocked += 1;
                 }
             }
-            if blocked == 0 || blocked == drawn {
-                break;
+            if round == 0 && (blocked == 0 || blocked == drawn) {
+                // What is hidden in part is seldom hidden in the middle alone.
+                let (outer, hidden) = self.between_corners(number, sample, room);
+                if blocked == 0 && hidden == 0 || blocked > 0 && hidden == outer {
+                    break;
+                }
             }
         }
         halves
+    }
+
+    /// How many segments there are between four outer points of the receiver and of a group that face
+    /// each other, and how many of them are blocked.
+    fn between_corners(
+        &self,
+        number: usize,
+        sample: &impl Fn(DVec2) -> ReceiverPoint,
+        room: &mut Room,
+    ) -> (u32, u32) {
+        /// Corners of the unit square, drawn in a little.
+        const OUTER: [DVec2; 4] = [
+            DVec2::new(0.03, 0.03),
+            DVec2::new(0.97, 0.03),
+            DVec2::new(0.03, 0.97),
+            DVec2::new(0.97, 0.97),
+        ];
+        /// Corners of four triangles spread over a group: for two halves of a rectangle, all of its.
+        const CORNERS: [usize; 4] = [0, 1, 1, 2];
+        /// Share of the way from a corner to the middle of its triangle.
+        const INSET: f64 = 0.05;
+        let group = self.groups[number].clone();
+        let mut packet = Packet::EMPTY;
+        let mut aimed = 0_u32;
+        for (i, u) in OUTER.into_iter().enumerate() {
+            let (from, normal, own) = sample(u);
+            for (j, corner) in CORNERS.into_iter().enumerate() {
+                let k = group.start + (2 * j + 1) * group.len() / 8;
+                let corners = self.sources[k].corners;
+                let to = corners[corner].lerp(corners.iter().sum::<DVec3>() / 3.0, INSET);
+                if room.weights[k] > 0.0 && self.kernel(k, from, normal, to) > 0.0 {
+                    let start = self.bvh.local(from);
+                    packet.set(4 * i + j, start, self.bvh.local(to) - start, 1.0, own);
+                    aimed |= 1 << (4 * i + j);
+                }
+            }
+        }
+        let mut hidden = [0];
+        self.bvh.blocked(&[packet], &mut hidden);
+        (aimed.count_ones(), (u32::from(hidden[0]) & aimed).count_ones())
     }
 
     /// Draws `count` pairs and traces the segments between them; even lanes are of the first half.
@@ -401,7 +479,6 @@ impl<'a> Emitters<'a> {
         &self,
         receiver: &Receiver,
         (number, round): (usize, u64),
-        sum: f64,
         count: usize,
         sample: &impl Fn(DVec2) -> ReceiverPoint,
         room: &mut Room,
@@ -412,15 +489,25 @@ impl<'a> Emitters<'a> {
         room.kernels.clear();
         room.kernels.resize(count, Rgb::ZERO);
         let each = count / 2;
+        let sum: f64 = room.blocks.iter().map(|b| f64::from(*b)).sum();
         for half in 0..2 {
             let seed = receiver.seed << 8 ^ (number as u64) << 2 ^ round << 1 ^ half as u64;
             let [s0, s1, s2, s3, s4] = shifts(seed);
-            let (mut k, mut below) = (group.start, 0.0);
+            let (mut block, mut below) = (0, 0.0);
             for (i, pair) in self.pairs[half][..each].iter().enumerate() {
                 // One in each of so many equal parts of the sum, in order.
                 let target = (i as f64 + s0) / each as f64 * sum;
-                while k + 1 < group.end && below + f64::from(room.weights[k]) <= target {
-                    below += f64::from(room.weights[k]);
+                while block + 1 < room.blocks.len()
+                    && below + f64::from(room.blocks[block]) <= target
+                {
+                    below += f64::from(room.blocks[block]);
+                    block += 1;
+                }
+                let mut k = group.start + block * LANES;
+                let end = group.end.min(k + LANES);
+                let mut rest = target - below;
+                while k + 1 < end && f64::from(room.weights[k]) <= rest {
+                    rest -= f64::from(room.weights[k]);
                     k += 1;
                 }
                 let weight = f64::from(room.weights[k]);
@@ -446,7 +533,7 @@ impl<'a> Emitters<'a> {
 
     /// A point of a source, uniform in area.
     fn on_source(&self, k: usize, u: f64, v: f64) -> DVec3 {
-        let [a, b, c] = self.geometry.corners(self.sources[k].triangle);
+        let [a, b, c] = self.sources[k].corners;
         let (p, q) = if v > u { (0.5 * u, v - 0.5 * u) } else { (u - 0.5 * v, 0.5 * v) };
         a + (b - a) * p + (c - a) * q
     }
@@ -466,58 +553,89 @@ impl<'a> Emitters<'a> {
 }
 
 impl Lanes {
-    fn push(&mut self, g: &Geometry, bvh: &Bvh, s: &Source, (unit, unit_radius): (DVec3, f64)) {
-        let corners = g.corners(s.triangle);
-        let centre = corners.iter().sum::<DVec3>() / 3.0;
-        let radius = corners.iter().map(|c| (*c - centre).length()).fold(0.0, f64::max);
-        let (centre, unit, scale) = (bvh.local(centre), bvh.local(unit), bvh.scale());
+    fn push(&mut self, bvh: &Bvh, s: &Source, unit: &Unit) {
+        let (centre, radius) = sphere(&s.corners);
+        let (centre, at, scale) = (bvh.local(centre), bvh.local(unit.centre), bvh.scale());
         for axis in 0..3 {
             self.centre[axis].push(centre[axis]);
             self.normal[axis].push(s.normal[axis] as f32);
-            self.unit[axis].push(unit[axis]);
+            self.units.centre[axis].push(at[axis]);
+            self.units.normal[axis].push(unit.normal[axis] as f32);
             self.radiance[axis].push(s.radiance[axis] as f32);
         }
         self.area.push((s.area / (scale * scale)) as f32);
         self.radius.push((radius / scale) as f32);
-        self.unit_radius.push((unit_radius / scale) as f32);
+        self.units.radius.push((unit.radius / scale) as f32);
+        self.units.area.push((unit.area / (scale * scale)) as f32);
         self.luminance.push(luminance(s.radiance).max(s.radiance.max_element() * 1e-3) as f32);
     }
 
     /// Whether a source is so near to a point that its centre cannot stand for it.
     fn is_near(&self, k: usize, at: Vec3) -> bool {
-        let d = [0, 1, 2].map(|a| self.centre[a][k] - at[a]);
-        d[0] * d[0] + d[1] * d[1] + d[2] * d[2] < NEAR * NEAR * self.area[k]
+        let d = Vec3::new(self.centre[0][k], self.centre[1][k], self.centre[2][k]) - at;
+        d.length_squared() < NEAR * NEAR * self.area[k]
     }
 }
 
-/// Whether an emitter about `unit` is neither too near nor too large for a receiver.
+/// Whether an emitter is neither too near nor too large for a receiver.
 #[inline(always)]
-fn suitable(r: &Receiver, unit: [f32; 3], unit_radius: f32) -> bool {
-    let d = [unit[0] - r.centre.x, unit[1] - r.centre.y, unit[2] - r.centre.z];
+fn suitable(r: &Receiver, centre: [f32; 3], normal: [f32; 3], radius: f32, area: f32) -> bool {
+    let d = [centre[0] - r.centre.x, centre[1] - r.centre.y, centre[2] - r.centre.z];
     let d2 = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-    let reach = unit_radius + r.radius + NEAREST * r.size;
-    // A disk of the unit's radius, head on.
-    d2 > reach * reach && unit_radius * unit_radius < LARGEST * d2
+    // The emitter is no nearer than its plane, nor than a ball about it.
+    let height = (normal[0] * d[0] + normal[1] * d[1] + normal[2] * d[2]).abs();
+    let clear = r.radius + NEAREST * r.size;
+    let beyond = radius + clear;
+    ((height > clear) | (d2 > beyond * beyond)) & (area < LARGEST * std::f32::consts::PI * d2)
 }
 
 multiversion! {
-    fn weigh(lanes: &Lanes, receiver: &Receiver, weights: &mut [f32]) = weigh_kernel
+    fn weigh(lanes: &Lanes, receiver: &Receiver, all: bool, weights: &mut [f32]) = weigh_kernel
 }
 
-/// About what each source may send to a receiver at most: zero only for those that send nothing.
+/// About what each source may send to a receiver at most: zero only for those that send nothing or
+/// are not set apart.
 #[inline(always)]
-fn weigh_kernel(lanes: &Lanes, r: &Receiver, weights: &mut [f32]) {
+fn weigh_kernel(lanes: &Lanes, r: &Receiver, all: bool, weights: &mut [f32]) {
     let n = weights.len();
     let [x, y, z] = lanes.centre.each_ref().map(|v| &v[..n]);
     let [nx, ny, nz] = lanes.normal.each_ref().map(|v| &v[..n]);
     let (area, radius, bright) = (&lanes.area[..n], &lanes.radius[..n], &lanes.luminance[..n]);
+    let units = &lanes.units;
+    let [ux, uy, uz] = units.centre.each_ref().map(|v| &v[..n]);
+    let [mx, my, mz] = units.normal.each_ref().map(|v| &v[..n]);
+    let (unit_radius, unit_area) = (&units.radius[..n], &units.area[..n]);
     for k in 0..n {
         let (dx, dy, dz) = (x[k] - r.centre.x, y[k] - r.centre.y, z[k] - r.centre.z);
         let reach = r.radius + radius[k];
         let d2 = dx * dx + dy * dy + dz * dz + reach * reach;
         let here = r.normal.x * dx + r.normal.y * dy + r.normal.z * dz + reach + r.bend * d2.sqrt();
         let there = reach - (nx[k] * dx + ny[k] * dy + nz[k] * dz);
-        weights[k] = bright[k] * area[k] * (here.max(0.0) * there.max(0.0)) / (d2 * d2);
+        let most = bright[k] * area[k] * (here.max(0.0) * there.max(0.0)) / (d2 * d2);
+        let (centre, normal) = ([ux[k], uy[k], uz[k]], [mx[k], my[k], mz[k]]);
+        let apart = all | suitable(r, centre, normal, unit_radius[k], unit_area[k]);
+        weights[k] = if apart { most } else { 0.0 };
+    }
+}
+
+multiversion! {
+    fn add_blocks(weights: &[f32], blocks: &mut Vec<f32>) = add_blocks_kernel
+}
+
+/// Sums of each 16 weights.
+#[inline(always)]
+fn add_blocks_kernel(weights: &[f32], blocks: &mut Vec<f32>) {
+    blocks.clear();
+    let (whole, rest) = weights.as_chunks::<LANES>();
+    blocks.extend(whole.iter().map(|block| {
+        let mut four = [0.0; 4];
+        for (k, w) in block.iter().enumerate() {
+            four[k % 4] += w;
+        }
+        (four[0] + four[1]) + (four[2] + four[3])
+    }));
+    if !rest.is_empty() {
+        blocks.push(rest.iter().sum());
     }
 }
 
@@ -529,10 +647,12 @@ multiversion! {
         at: Vec3,
         normal: Vec3,
         sum: &mut [f32; 3],
+        some_near: &mut bool,
     ) = add_far_kernel
 }
 
-/// Irradiance at a point from the sources of a group that are far from it.
+/// Irradiance at a point from the sources of a group that are far from it, by their centres, and
+/// whether some are near.
 #[inline(always)]
 fn add_far_kernel(
     lanes: &Lanes,
@@ -541,36 +661,51 @@ fn add_far_kernel(
     at: Vec3,
     normal: Vec3,
     sum: &mut [f32; 3],
+    some_near: &mut bool,
 ) {
     let n = group.len();
     let [x, y, z] = lanes.centre.each_ref().map(|v| &v[group.clone()][..n]);
     let [nx, ny, nz] = lanes.normal.each_ref().map(|v| &v[group.clone()][..n]);
     let [red, green, blue] = lanes.radiance.each_ref().map(|v| &v[group.clone()][..n]);
     let (area, weights) = (&lanes.area[group.clone()][..n], &weights[group][..n]);
-    let mut sums = [[0.0_f32; LANES]; 3];
-    for block in (0..n).step_by(LANES) {
-        for l in 0..LANES.min(n - block) {
+    let (mut sums, mut near) = ([[0.0_f32; LANES]; 3], [0_u32; LANES]);
+    let whole = n / LANES * LANES;
+    for block in (0..whole).step_by(LANES) {
+        for l in 0..LANES {
             let k = block + l;
             let d = [x[k] - at.x, y[k] - at.y, z[k] - at.z];
-            let f = far_factor(d, [nx[k], ny[k], nz[k]], normal, area[k], weights[k]);
-            sums[0][l] += f * red[k];
-            sums[1][l] += f * green[k];
-            sums[2][l] += f * blue[k];
+            let (factor, is_near) =
+                far_factor(d, [nx[k], ny[k], nz[k]], normal, area[k], weights[k]);
+            near[l] |= is_near;
+            sums[0][l] += factor * red[k];
+            sums[1][l] += factor * green[k];
+            sums[2][l] += factor * blue[k];
         }
+    }
+    for k in whole..n {
+        let d = [x[k] - at.x, y[k] - at.y, z[k] - at.z];
+        let (factor, is_near) = far_factor(d, [nx[k], ny[k], nz[k]], normal, area[k], weights[k]);
+        near[0] |= is_near;
+        sums[0][0] += factor * red[k];
+        sums[1][0] += factor * green[k];
+        sums[2][0] += factor * blue[k];
     }
     for (sum, lanes) in sum.iter_mut().zip(sums) {
         *sum = lanes.iter().sum();
     }
+    *some_near = near.iter().any(|n| *n != 0);
 }
 
-/// π times the form factor from a point to a source by its centre; 0 if it is near or not set apart.
+/// π times the form factor from a point to a source by its centre, 0 if it is not set apart or near;
+/// and 1 if it is near.
 #[inline(always)]
-fn far_factor(d: [f32; 3], source: [f32; 3], normal: Vec3, area: f32, weight: f32) -> f32 {
+fn far_factor(d: [f32; 3], source: [f32; 3], normal: Vec3, area: f32, weight: f32) -> (f32, u32) {
     let d2 = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
     let here = (normal.x * d[0] + normal.y * d[1] + normal.z * d[2]).max(0.0);
     let there = (-(source[0] * d[0] + source[1] * d[1] + source[2] * d[2])).max(0.0);
-    let counts = (weight > 0.0) & (d2 >= NEAR * NEAR * area);
-    if counts { area * here * there / (d2 * d2) } else { 0.0 }
+    let (counts, far) = (weight > 0.0, d2 >= NEAR * NEAR * area);
+    let factor = area * here * there / (d2 * d2);
+    (if counts & far { factor } else { 0.0 }, u32::from(counts & !far))
 }
 
 /// Points that stand for a patch: the centroids of its four parts, or some of a cluster.
@@ -583,15 +718,34 @@ fn receiving_points(patches: &Patches, id: PatchId) -> Vec<SurfacePoint> {
     patches.cell(id).children().map(|part| part.point(third)).to_vec()
 }
 
-/// Centre and radius of the patch that a source is known by: its cluster, or itself.
-fn unit_of(g: &Geometry, patches: &Patches, s: &Source) -> (DVec3, f64) {
+/// Emitters that are set apart as one.
+struct Unit {
+    centre: DVec3,
+    normal: DVec3,
+    radius: f64,
+    area: f64,
+}
+
+/// The patch that a source is known by: its cluster, or itself.
+fn unit_of(g: &Geometry, patches: &Patches, s: &Source) -> Unit {
     let cluster = patches.of_side(s.triangle, s.side).next().filter(|&i| patches.is_cluster(i));
-    let corners: Vec<DVec3> = match cluster {
-        Some(id) => patches.members(id).iter().flat_map(|&t| g.corners(t)).collect(),
-        None => g.corners(s.triangle).to_vec(),
-    };
-    let centre = corners.iter().sum::<DVec3>() / corners.len() as f64;
-    (centre, corners.iter().map(|c| (*c - centre).length()).fold(0.0, f64::max))
+    match cluster {
+        Some(id) => {
+            let members = patches.members(id).iter();
+            let (centre, radius) = sphere(&members.flat_map(|&t| g.corners(t)).collect::<Vec<_>>());
+            Unit { centre, normal: DVec3::ZERO, radius, area: patches.area(id) }
+        }
+        None => {
+            let (centre, radius) = sphere(&s.corners);
+            Unit { centre, normal: s.normal, radius, area: s.area }
+        }
+    }
+}
+
+/// A sphere about points: their mean, and the distance of the farthest.
+fn sphere(points: &[DVec3]) -> (DVec3, f64) {
+    let centre = points.iter().sum::<DVec3>() / points.len().max(1) as f64;
+    (centre, points.iter().map(|c| (*c - centre).length()).fold(0.0, f64::max))
 }
 
 /// Sorts sources into groups of neighbours: surfaces if they are few, else halves of halves.
@@ -611,7 +765,7 @@ fn grouped(g: &Geometry, sources: &mut [Source]) -> Vec<Range<usize>> {
     if groups.len() <= MOST_GROUPS {
         return groups;
     }
-    let centre = |s: &Source| g.corners(s.triangle).iter().sum::<DVec3>();
+    let centre = |s: &Source| s.corners.iter().sum::<DVec3>();
     groups = std::iter::once(0..sources.len()).collect();
     while groups.len() < MOST_GROUPS {
         let largest = (0..groups.len()).max_by_key(|&i| (groups[i].len(), groups.len() - i));

@@ -68,6 +68,8 @@ struct Block {
 struct Scratch {
     packets: Vec<Packet>,
     hits: Vec<Hits>,
+    /// Where each ray ends: a patch, or a place behind the patches.
+    places: Vec<u32>,
 }
 
 /// What one row adds to its samples: everything uniform in 0..1.
@@ -293,15 +295,16 @@ fn make_row(engine: &Rays<'_>, id: PatchId, scratch: &mut Scratch, row: &mut Row
         }
         let hits = &mut scratch.hits[..blocks.len()];
         engine.bvh.closest(packets, hits);
-        for hits in hits {
-            for place in places(&engine.lookups, hits) {
-                if place < environment(engine.patches.len()) {
-                    row.columns.push(place);
-                } else if place == environment(engine.patches.len()) {
-                    escaped += 1;
-                } else {
-                    behind += 1;
-                }
+        scratch.places.resize(rays / 2, 0);
+        find(&engine.lookups, hits, &mut scratch.places);
+        let escape = environment(engine.patches.len());
+        for &place in &scratch.places {
+            if place < escape {
+                row.columns.push(place);
+            } else if place == escape {
+                escaped += 1;
+            } else {
+                behind += 1;
             }
         }
         if half == 0 {
@@ -314,21 +317,43 @@ fn make_row(engine: &Rays<'_>, id: PatchId, scratch: &mut Scratch, row: &mut Row
     row.lost = 0.0;
 }
 
-/// Where the rays of a packet end: patches, then what escapes, then backs.
-fn places(lookups: &Lookups<'_>, hits: &Hits) -> [u32; LANES] {
+multiversion! {
+    fn find(lookups: &Lookups<'_>, hits: &[Hits], places: &mut [u32]) = find_kernel
+}
+
+/// Where rays end: patches, then what escapes, then backs.
+#[inline(always)]
+fn find_kernel(lookups: &Lookups<'_>, hits: &[Hits], places: &mut [u32]) {
     let finest = lookups.finest;
-    std::array::from_fn(|l| {
-        let item = hits.item[l];
-        if item == NOTHING {
-            return lookups.whole(environment(finest.len()));
+    for (hits, places) in hits.iter().zip(places.as_chunks_mut::<LANES>().0) {
+        let (mut first, mut strips) = ([environment(finest.len()); LANES], [0.0; LANES]);
+        let mut cut = false;
+        for l in 0..LANES {
+            if hits.item[l] != NOTHING {
+                let lookup = lookups.of(hits.item[l]);
+                (first[l], strips[l]) = (lookup.first, lookup.strips);
+                cut |= lookup.cut;
+            }
         }
-        let lookup = lookups.of(item);
-        if lookup.strips == 0.0 {
-            return lookups.whole(lookup.first);
+        for l in 0..LANES {
+            let index = index_in_grid(
+                strips[l].max(1.0),
+                (1.0 - hits.u[l] - hits.v[l]).max(0.0),
+                hits.u[l],
+                hits.v[l],
+            );
+            places[l] = first[l] + if strips[l] > 0.0 { index } else { 0 };
         }
-        let f = [1.0 - hits.u[l] - hits.v[l], hits.u[l], hits.v[l]];
-        let place = lookup.first + index_in_grid(lookup.strips, f[0], f[1], f[2]);
-        let parted = lookup.cut && finest.is_cut(PatchId(place));
-        lookups.whole(if parted { lookups.owner(place, f) } else { place })
-    })
+        for l in 0..LANES {
+            if cut && strips[l] > 0.0 && finest.is_cut(PatchId(places[l])) {
+                let f = [1.0 - hits.u[l] - hits.v[l], hits.u[l], hits.v[l]];
+                places[l] = lookups.owner(places[l], f);
+            }
+        }
+        if let Some(patch_of) = &lookups.patch_of {
+            for place in places {
+                *place = patch_of[*place as usize];
+            }
+        }
+    }
 }

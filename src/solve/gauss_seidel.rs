@@ -11,13 +11,14 @@ use crate::scene::Rgb;
 /// enough that a sweep over a few thousand patches gains from newest values.
 const BLOCK: usize = 512;
 
-/// `H_i ← D_i + Σ_j F_ij ρ_j H_j`, block after block.
+/// `H_i ← D_i + Σ_j F_ij ρ_j H_j`, block after block, from a first guess.
 pub(super) fn solve(
     system: &System<'_>,
+    guess: &[Rgb],
     options: &SolveOptions,
     progress: &dyn Progress,
 ) -> Result<(Vec<Rgb>, SolveReport), SolveError> {
-    let mut h = system.direct.to_vec();
+    let mut h = guess.to_vec();
     let mut reflected = system.reflected(&h);
     let mut residual = f64::INFINITY;
     for iterations in 1..=options.max_iterations {

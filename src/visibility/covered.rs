@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::{Occluders, Surroundings, share};
+use super::{Bvh, Frame, Hits, LANES, NOTHING, Packet};
 use crate::patches::{PatchId, Patches, SurfacePoint};
 use crate::scene::{Geometry, Side, TriangleId};
 
@@ -23,14 +23,36 @@ const TRIED: [DVec3; 6] = [
     DVec3::new(0.47, 0.47, 0.06),
 ];
 
+/// Directions tried from a point.
+const DIRECTIONS: usize = 4 * LANES;
+
 /// Whether most of what a point of a surface sees are backs that do not reflect.
-fn is_covered(geometry: &Geometry, occluders: &Occluders, p: SurfacePoint) -> bool {
-    let normal = geometry.normal(p.triangle, p.side);
-    let seen = Surroundings::of(occluders, p.position(geometry), normal, Some(p.triangle));
-    share(seen.above(), |g| {
-        g.hit.is_some_and(|(t, side, _)| side == Side::Back && !geometry.exchanges(t, side))
-    }) > COVERED
+fn is_covered(geometry: &Geometry, bvh: &Bvh, p: SurfacePoint) -> bool {
+    let frame = Frame::on_surface(p.position(geometry), geometry.normal(p.triangle, p.side));
+    let [t, u, n] = frame.axes.map(|a| a.as_vec3());
+    let (origin, own) = (bvh.local(frame.origin), bvh.solid(p.triangle));
+    let mut packets = [Packet::EMPTY; DIRECTIONS / LANES];
+    for k in 0..DIRECTIONS {
+        // Even over the hemisphere: a spiral that turns by the golden angle.
+        let z = (k as f32 + 0.5) / DIRECTIONS as f32;
+        let (sin, cos) = (k as f32 * GOLDEN_ANGLE).sin_cos();
+        let r = (1.0 - z * z).sqrt();
+        let direction = t * (r * cos) + u * (r * sin) + n * z;
+        packets[k / LANES].set(k % LANES, origin, direction, f32::INFINITY, own);
+    }
+    let mut hits = [Hits::NONE; DIRECTIONS / LANES];
+    bvh.closest(&packets, &mut hits);
+    let absorbs = |item: u32| {
+        item != NOTHING
+            && item & 1 == 1
+            && !geometry.exchanges(bvh.ids()[item as usize / 2], Side::Back)
+    };
+    let behind = hits.iter().flat_map(|h| h.item).filter(|&item| absorbs(item)).count();
+    behind as f64 > COVERED * DIRECTIONS as f64
 }
+
+/// In radians.
+const GOLDEN_ANGLE: f32 = 2.399_963_2;
 
 /// Triangles that are covered at their centroid, of at most `most` spread over the model.
 #[must_use]
@@ -39,17 +61,16 @@ pub fn covered_triangles(geometry: &Geometry, most: usize) -> Vec<TriangleId> {
     if !geometry.ids().any(|t| geometry.is_solid(t) && !geometry.exchanges(t, Side::Back)) {
         return Vec::new();
     }
-    let occluders = Occluders::new(geometry);
-    let step = occluders.len().div_ceil(most).max(1);
+    let bvh = Bvh::new(geometry);
+    let step = bvh.ids().len().div_ceil(most).max(1);
     let third = DVec2::splat(1.0 / 3.0);
-    occluders
-        .ids()
+    bvh.ids()
         .par_iter()
         .step_by(step)
         .copied()
         .filter(|&triangle| {
             let p = SurfacePoint { triangle, side: Side::Front, uv: third };
-            is_covered(geometry, &occluders, p)
+            is_covered(geometry, &bvh, p)
         })
         .collect()
 }
@@ -57,10 +78,9 @@ pub fn covered_triangles(geometry: &Geometry, most: usize) -> Vec<TriangleId> {
 /// Moves the origins of patches that are covered at their centroid, but not everywhere, to a point
 /// that is not. Only patches at a contact can be covered in part.
 #[must_use]
-pub fn uncover(geometry: &Geometry, patches: Patches) -> Patches {
-    let occluders = Occluders::new(geometry);
+pub fn uncover(geometry: &Geometry, patches: Patches, bvh: &Bvh) -> Patches {
     let near: Vec<PatchId> = patches.ids().filter(|&i| patches.has_contact(i)).collect();
-    let covered = |p: SurfacePoint| is_covered(geometry, &occluders, p);
+    let covered = |p: SurfacePoint| is_covered(geometry, &bvh, p);
     let origins: HashMap<PatchId, SurfacePoint> = near
         .into_par_iter()
         .filter(|&i| covered(patches.center(i)))

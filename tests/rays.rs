@@ -1,0 +1,174 @@
+//! Sampled rows and direct light apart: unbiased, and no emitter counted twice or left out.
+
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+#![allow(clippy::print_stdout, reason = "figures for people, shown with --nocapture")]
+
+use glam::{DVec3, dvec3};
+use hemicube::direct::{Apart, ApartOptions};
+use hemicube::form_factors::{Engine, Rays, RaysOptions, Row};
+use hemicube::patches::{PatchId, Patches};
+use hemicube::progress::Silent;
+use hemicube::scene::builtin::{self, Mesh};
+use hemicube::scene::{Material, Rgb, Scene, SceneBuilder, Sides, Surface};
+use hemicube::solution::{Clustering, EngineOptions, LightOptions, Solution, light};
+use hemicube::solve::SolveOptions;
+use hemicube::visibility::Bvh;
+
+/// Meshes with their radiance and reflectance.
+fn scene_of(meshes: &[(Mesh, f64, f64)]) -> Scene {
+    let mut b = SceneBuilder::new("test");
+    for (k, (mesh, radiance, rho)) in meshes.iter().enumerate() {
+        let (radiance, reflectance) = (Rgb::splat(*radiance), Rgb::splat(*rho));
+        let material = b.material(Material { radiance, reflectance, ..Material::default() });
+        let surface = b.surface(Surface { name: format!("mesh {k}"), node: 0, primitive: 0 });
+        let vertices: Vec<u32> = mesh.vertices.iter().map(|&v| b.vertex(v)).collect();
+        for t in &mesh.triangles {
+            b.triangle(t.map(|v| vertices[v as usize]), None, surface, material, Sides::One);
+        }
+    }
+    b.finish()
+}
+
+fn lit(scene: &Scene, size: f64, rows: RaysOptions, direct: ApartOptions) -> Solution {
+    let options = LightOptions {
+        patch_size: Some(size),
+        cluster: Clustering::Off,
+        adaptive: None,
+        engine: EngineOptions::Rays { rows, direct },
+        solve: SolveOptions::default(),
+        memory: 8 << 30,
+    };
+    light(scene, &options, &Silent).unwrap()
+}
+
+/// A room with a lamp of many facets, a glowing panel and a box that shades.
+fn room_with_lamps() -> Scene {
+    scene_of(&[
+        (Mesh::cuboid(dvec3(4.0, 2.5, 3.0), [1; 3]).inverted(), 0.0, 0.6),
+        (Mesh::geodesic(0.2, 4).at(0.9, 1.7, 0.4), 10.0, 0.8),
+        (Mesh::cuboid(dvec3(0.8, 0.02, 0.3), [1; 3]).at(-0.8, 2.2, -0.3), 20.0, 0.8),
+        (Mesh::cuboid(dvec3(0.7, 0.9, 0.6), [1; 3]).turned(20.0).at(0.2, 0.3, 0.0), 0.0, 0.5),
+    ])
+}
+
+/// Area-weighted mean of H, and RMS of differences over it.
+fn compare(a: &Solution, b: &Solution) -> (f64, f64, f64) {
+    let (mut area, mut means, mut square) = (0.0, [0.0; 2], 0.0);
+    for i in a.patches.ids() {
+        let w = a.patches.area(i);
+        let (x, y) = (a.irradiance[i.index()].x, b.irradiance[i.index()].x);
+        area += w;
+        means[0] += w * x;
+        means[1] += w * y;
+        square += w * (x - y) * (x - y);
+    }
+    (means[0] / area, means[1] / area, (square / area).sqrt() / (means[0] / area))
+}
+
+#[test]
+fn reflecting_emitters_give_the_same_light_whichever_are_set_apart() {
+    let scene = room_with_lamps();
+    let rows = RaysOptions { samples: 4096, seed: 0 };
+    let run = |which| {
+        lit(&scene, 0.02, rows, ApartOptions { which, shadow: 256, ..ApartOptions::default() })
+    };
+    let suitable = run(Apart::Suitable);
+    for which in [Apart::None, Apart::All] {
+        let (a, b, rms) = compare(&suitable, &run(which));
+        println!("{which:?}: mean irradiance {b:.5}, by the rule {a:.5}; RMS difference {rms:.4}");
+        assert!((a / b - 1.0).abs() < 2e-3, "{which:?}: {a} {b}");
+        assert!(rms < 0.03, "{which:?}: {rms}");
+    }
+}
+
+#[test]
+fn rows_meet_analytic_factors_within_four_standard_errors() {
+    let floor = Mesh::from_quads(
+        vec![DVec3::ZERO, dvec3(1.0, 0.0, 0.0), dvec3(1.0, 1.0, 0.0), dvec3(0.0, 1.0, 0.0)],
+        &[[0, 1, 2, 3]],
+    );
+    let above = Mesh::from_quads(
+        vec![
+            dvec3(0.0, 0.0, 1.0),
+            dvec3(0.0, 1.0, 1.0),
+            dvec3(1.0, 1.0, 1.0),
+            dvec3(1.0, 0.0, 1.0),
+        ],
+        &[[0, 1, 2, 3]],
+    );
+    let scene = scene_of(&[(floor, 1.0, 0.5), (above, 0.0, 0.5)]);
+    let g = &scene.geometry;
+    let (patches, bvh) = (Patches::uniform(g, 1.0).unwrap(), Bvh::new(g));
+    let mut found = Vec::new();
+    for seed in 0..64 {
+        let mut rays = Rays::new(g, &patches, &bvh, RaysOptions { samples: 256, seed });
+        let mut rows = vec![Row::default(); 2];
+        rays.fill(&[PatchId(0), PatchId(1)], &mut rows).unwrap();
+        found.push(0.5 * rows.iter().map(|r| r.weights.sum()).sum::<f64>());
+        for row in rows {
+            assert!((row.total() - 1.0).abs() < 1e-12);
+            assert!(row.half <= 128 && row.columns.len() - row.half <= 128);
+        }
+    }
+    let n = found.len() as f64;
+    let mean = found.iter().sum::<f64>() / n;
+    let variance = found.iter().map(|f| (f - mean).powi(2)).sum::<f64>() / (n - 1.0);
+    let error = (variance / n).sqrt();
+    println!("opposite squares: {mean:.6} +- {error:.6}");
+    assert!((mean - 0.199_824_895_7).abs() < 4.0 * error, "{mean} {error}");
+    // Random rays would have .0177; an even sequence has a fraction of it.
+    assert!(variance.sqrt() < 0.012, "{}", variance.sqrt());
+}
+
+#[test]
+fn a_row_ends_on_no_backs_in_a_closed_room_and_halves_are_independent() {
+    let scene = room_with_lamps();
+    let g = &scene.geometry;
+    let (patches, bvh) = (Patches::uniform(g, 0.05).unwrap(), Bvh::new(g));
+    let mut rays = Rays::new(g, &patches, &bvh, RaysOptions::default());
+    let ids: Vec<PatchId> = patches.ids().step_by(7).collect();
+    let mut rows = vec![Row::default(); ids.len()];
+    rays.fill(&ids, &mut rows).unwrap();
+    let lost: f64 = rows.iter().map(|r| r.back + r.environment).sum::<f64>() / rows.len() as f64;
+    assert!(lost <= 1e-5, "{lost}");
+    assert!(rows.iter().all(|r| r.columns[..r.half] != r.columns[r.half..]));
+}
+
+#[test]
+fn halves_differ_by_about_the_error() {
+    let scene = builtin::build("cornell-box").unwrap();
+    let rows = |samples, seed| RaysOptions { samples, seed };
+    let coarse = lit(&scene, 0.1, rows(256, 0), ApartOptions::default());
+    let fine = lit(
+        &scene,
+        0.1,
+        rows(16_384, 1),
+        ApartOptions { shadow: 2048, seed: 1, ..ApartOptions::default() },
+    );
+    let halves = coarse.halves.as_ref().unwrap();
+    let (mut truth, mut estimate, mut scale) = (0.0, 0.0, 0.0);
+    for i in coarse.patches.ids().filter(|i| coarse.usable[i.index()]) {
+        let k = i.index();
+        truth += (coarse.irradiance[k] - fine.irradiance[k]).length_squared();
+        estimate += (0.5 * (halves[0][k] - halves[1][k])).length_squared();
+        scale += fine.irradiance[k].length_squared();
+    }
+    let (truth, estimate) = ((truth / scale).sqrt(), (estimate / scale).sqrt());
+    println!("RMS error {truth:.5}, estimated from halves {estimate:.5}");
+    assert!(truth < 0.02 && estimate < 0.02, "{truth} {estimate}");
+    assert!(truth < 2.0 * estimate && estimate < 3.0 * truth, "{truth} {estimate}");
+}
+
+#[test]
+fn the_number_of_threads_changes_no_bit() {
+    let scene = room_with_lamps();
+    let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| lit(&scene, 0.1, RaysOptions::default(), ApartOptions::default()))
+    };
+    let one = run(1);
+    for threads in [2, 8] {
+        let many = run(threads);
+        assert!(one.irradiance == many.irradiance && one.halves == many.halves, "{threads}");
+    }
+}
