@@ -207,6 +207,8 @@ mod tests {
             name: "lamp".into(),
             position: DVec3::new(-0.5, 2.0, -0.5),
             intensity: Rgb::splat(100.0),
+            x_axis: DVec3::X,
+            photometry: None,
         };
         let (scene, patches) = floor_and_screen(lamp);
         let direct = from_lamps(&scene, &patches);
@@ -240,6 +242,8 @@ mod tests {
             intensity: Rgb::splat(10.0),
             inner: 0.2,
             outer: 0.4,
+            x_axis: DVec3::X,
+            photometry: None,
         };
         let (scene, patches) = floor_and_screen(lamp);
         let direct = from_lamps(&scene, &patches);

@@ -341,6 +341,8 @@ fn lamps_shine_on_the_whole_of_a_cluster() {
         name: "lamp".into(),
         position: DVec3::new(0.5, 0.5, -0.5),
         intensity: Rgb::ONE,
+        x_axis: DVec3::X,
+        photometry: None,
     });
     let g = &scene.geometry;
     let flux = |p: &Patches| {
