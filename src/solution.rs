@@ -19,7 +19,7 @@ use crate::refine::factor::{FactorRule, RefineError};
 use crate::report::{EngineReport, Report, RowsReport, Stage};
 use crate::scene::{Geometry, Rgb, Scene, Side};
 use crate::solve::{EnergyBalance, SolveError, SolveOptions, System, solve};
-use crate::visibility::{COVERED, uncover};
+use crate::visibility::{Bvh, COVERED, uncover};
 
 /// How a scene is lit.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -245,7 +245,12 @@ pub fn light(
     let mut engine = options.engine.engine(geometry, &finest, options.memory)?;
     let engine_report = options.engine.report(&*engine);
     check_memory(&mut *engine, &finest, patch_size, options.memory)?;
-    let lamps = direct::from_lamps(scene, &finest);
+    let bvh = (!scene.lamps.is_empty()).then(|| Bvh::new(geometry));
+    let from_lamps = |patches: &Patches| match &bvh {
+        Some(bvh) => direct::from_lamps(scene, patches, bvh),
+        None => vec![Rgb::ZERO; patches.len()],
+    };
+    let lamps = from_lamps(&finest);
     let (patches, factors, lamps) = match options.adaptive {
         None => {
             let lit = |i: PatchId| lamps[i.index()].max_element() > 0.0;
@@ -259,7 +264,7 @@ pub fn light(
             progress.stage("form factors", 0);
             let shared = Arc::new(finest.clone());
             let refined = rule.refine(geometry, shared, &mut *engine, options.memory, progress)?;
-            let lamps = direct::from_lamps(scene, &refined.patches);
+            let lamps = from_lamps(&refined.patches);
             (refined.patches, refined.factors, lamps)
         }
     };
