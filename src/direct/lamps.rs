@@ -124,8 +124,8 @@ fn unshadowed(lamp: &Lamp, axes: &Axes, point: DVec3, normal: DVec3) -> (Rgb, DV
     };
     let distance2 = way.length_squared();
     let cos = normal.dot(way) / distance2.sqrt();
-    // Nor from a lamp at the point itself, where the cosine is no number.
-    if !(cos > 0.0) {
+    // The cosine to a lamp at the point itself is no number.
+    if cos <= 0.0 || cos.is_nan() {
         return (Rgb::ZERO, way);
     }
     let direction = -way / distance2.sqrt();

@@ -33,6 +33,10 @@ const HEADERS: [(&str, bool); 4] = [
     ("IES:LM-63-2019", false),
 ];
 
+/// Intensities beyond this overflow when irradiances are squared for a residual.
+const MOST_INTENSITY: f64 = 1e30;
+
+/// Metres.
 const FOOT: f64 = 0.3048;
 
 /// What to do about a file whose numbers do not add up.
@@ -245,8 +249,11 @@ impl<'a, W: Iterator<Item = (usize, &'a str)>> Numbers<'_, W> {
                 candela.push(factor * self.next(&what, |x| x >= 0.0, "at least 0 cd")?);
             }
         }
-        if !candela.iter().all(|i| i.is_finite()) {
-            return Err(self.wrong("intensities overflow", "check the candela multiplier"));
+        if candela.iter().any(|&i| i > MOST_INTENSITY) {
+            return Err(self.wrong(
+                format!("an intensity exceeds {MOST_INTENSITY:e} cd"),
+                "check the candela multiplier",
+            ));
         }
         match self.words.next() {
             None => Ok(candela),
@@ -370,7 +377,7 @@ mod tests {
             ("1 2 1 1 2 0 0 0 1 1 9\n0 90\n0\n5", "the file ends before the intensity at 0, 90"),
             ("1 2 1 1 2 0 0 0 1 1 9\n0 90\n0\n5 nan", "the intensity at 0, 90 degrees is 'nan'"),
             ("1 2 1 1 2 0 0 0 1 1 9\n0 90\n0\n5 4\n3", "line 9: '3' follows after all intensities"),
-            ("1e300 2 1 1 2 0 0 0 1 1 9\n0 90\n0\n1e300 4", "intensities overflow"),
+            ("1e300 2 1 1 2 0 0 0 1 1 9\n0 90\n0\n1e300 4", "an intensity exceeds 1e30 cd"),
         ] {
             let message = parsed(&file(numbers)).unwrap_err().to_string();
             assert!(message.contains(expected), "{message}\n{expected}");
