@@ -145,8 +145,8 @@ fn unshadowed(lamp: &Lamp, axes: &Axes, point: DVec3, normal: DVec3) -> (Rgb, DV
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::builtin::closed_room;
-    use crate::scene::{Material, Photometry, SceneBuilder, Sides, Surface};
+    use crate::scene::builtin::{Mesh, closed_room};
+    use crate::scene::{Material, Photometry, SceneBuilder, Side, Sides, Surface};
     use std::f64::consts::PI;
 
     fn point_lamp(position: DVec3, candela: f64) -> Lamp {
@@ -287,6 +287,51 @@ mod tests {
                         }
                     }
                 }
+            }
+        }
+    }
+
+    /// Seen from both sides, tilted and far from the origin; and bodies that curve away.
+    #[test]
+    fn nothing_shadows_itself() {
+        let turn = glam::DQuat::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), 1.1);
+        let place = |p: DVec3| turn * p + DVec3::new(70.0, -30.0, 20.0);
+        let tilted = [place(FLOOR[0]), turn * FLOOR[1], turn * FLOOR[2]];
+        let ball = Mesh::geodesic(1.0, 6);
+        let mut b = SceneBuilder::new("ball");
+        let m = b.material(Material::default());
+        let s = b.surface(Surface { name: "ball".into(), node: 0, primitive: 0 });
+        let v: Vec<u32> = ball.vertices.iter().map(|&v| b.vertex(v)).collect();
+        for t in &ball.triangles {
+            b.triangle(t.map(|i| v[i as usize]), None, s, m, Sides::Two);
+        }
+        let ball = b.finish();
+        let lamps = [(place(0.7 * DVec3::Y), Side::Front), (place(-0.7 * DVec3::Y), Side::Back)];
+        let outside = (DVec3::new(2.0, 1.0, -3.0), Side::Front);
+        let inside = (DVec3::new(0.3, -0.2, 0.1), Side::Back);
+        for (mut scene, lamps) in
+            [(lit(&[tilted], point_lamp(DVec3::ZERO, 0.0)).0, lamps), (ball, [outside, inside])]
+        {
+            let patches = Patches::uniform(&scene.geometry, 0.01).unwrap();
+            let bvh = Bvh::new(&scene.geometry);
+            for (lamp, side) in lamps {
+                scene.lamps = vec![point_lamp(lamp, 1.0)];
+                let direct = from_lamps(&scene, &patches, &bvh);
+                let mut seen = 0;
+                for id in patches.ids().filter(|&i| patches.cell(i).side == side) {
+                    let exact: f64 = (0..POINTS)
+                        .map(|k| {
+                            let p = patches.sample(id, even(k));
+                            let way = lamp - p.position(&scene.geometry);
+                            let normal = scene.geometry.normal(p.triangle, p.side);
+                            normal.dot(way).max(0.0) / way.length().powi(3) / POINTS as f64
+                        })
+                        .sum();
+                    let error = direct[id.index()].x - exact;
+                    assert!(error.abs() < 1e-12 + 1e-9 * exact, "{lamp}: {id:?}: {exact} {error}");
+                    seen += usize::from(exact > 0.0);
+                }
+                assert!(seen > 100);
             }
         }
     }
