@@ -114,3 +114,21 @@ fn what_is_wrong_is_said_with_its_line_and_a_remedy() {
     let gone = read(Path::new("no-such.ies")).unwrap_err().to_string();
     assert!(gone.contains("no-such.ies: cannot be read"), "{gone}");
 }
+
+#[test]
+fn cut_and_garbled_files_never_panic() {
+    let text = file(PLAIN);
+    for length in 0..text.len() - 3 {
+        assert!(parsed(&text[..length]).is_err(), "{}", &text[..length]);
+    }
+    let words: Vec<&str> = text.split(' ').collect();
+    for k in 0..words.len() {
+        for odd in ["", "1e999", "-1", "65535", "0.5", "TILT=", "\u{1a}", "é"] {
+            let mut words = words.clone();
+            words[k] = odd;
+            if let Ok(p) = parsed(&words.join(" ")) {
+                assert!(p.flux().is_finite() && p.intensity(400.0, -7.0).is_finite());
+            }
+        }
+    }
+}
