@@ -288,7 +288,7 @@ pub fn light(
         Some(refined) => (refined.patches, (!sampled).then_some(refined.factors)),
         None => (finest, None),
     };
-    let lamps = direct::from_lamps(scene, &patches);
+    let lamps = direct::from_lamps(scene, &patches, &bvh);
     let factors = match made {
         Some(factors) => factors,
         None => {

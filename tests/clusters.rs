@@ -15,6 +15,7 @@ use hemicube::scene::{
 };
 use hemicube::solution::{Adaptive, Clustering, EngineOptions, LightError, LightOptions, light};
 use hemicube::solve::SolveOptions;
+use hemicube::visibility::Bvh;
 
 /// Meshes without shared vertices, each a surface of its own.
 fn scene(meshes: &[Mesh], sides: Sides) -> Scene {
@@ -341,10 +342,13 @@ fn lamps_shine_on_the_whole_of_a_cluster() {
         name: "lamp".into(),
         position: DVec3::new(0.5, 0.5, -0.5),
         intensity: Rgb::ONE,
+        x_axis: DVec3::X,
+        photometry: None,
     });
     let g = &scene.geometry;
+    let bvh = Bvh::new(g);
     let flux = |p: &Patches| {
-        let direct = from_lamps(&scene, p);
+        let direct = from_lamps(&scene, p, &bvh);
         p.ids().map(|i| direct[i.index()].x * p.area(i)).sum::<f64>()
     };
     let fine = flux(&Patches::uniform(g, 1e-4).unwrap());

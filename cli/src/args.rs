@@ -35,6 +35,7 @@ const RENDER_EXAMPLES: &str = "Examples:
   hemicube render cornell-box -o cornell.png
   hemicube render house.glb --eye 1,1.6,-2 --target 4,1,3 --size 1280x720
   hemicube render model.obj --unit mm --emission lamp=20,18,15 --patch-size 0.01
+  hemicube render hall.glb --ies pendant=pendant.ies
   hemicube render statue.glb --sky 1,1,1.2 --exposure -1 --tone linear --report run.json";
 
 const INFO_EXAMPLES: &str = "Examples:
@@ -112,6 +113,10 @@ pub struct Input {
     #[arg(long, value_name = "NAME=R,G,B", value_parser = emission)]
     pub emission: Vec<(String, Emission)>,
 
+    /// Let a point or spot lamp shine as a photometric file says (IES LM-63, type C); may be repeated
+    #[arg(long, value_name = "LAMP=FILE", value_parser = photometry)]
+    pub ies: Vec<(String, PathBuf)>,
+
     /// Uniform radiance of the surroundings
     #[arg(long, value_name = "R,G,B", value_parser = vector)]
     pub sky: Option<DVec3>,
@@ -168,7 +173,7 @@ pub enum SidesArg {
 /// How a scene is lit.
 #[derive(Debug, Args)]
 pub struct Light {
-    /// Largest area of a patch in m² [default: the area that yields about 5,000 patches, 10,000 if source triangles are joined]
+    /// Largest area of a patch in m² [default: the area that yields about 20,000 patches, 5,000 without rays, 10,000 if source triangles are joined]
     #[arg(long, value_name = "AREA", allow_negative_numbers = true)]
     pub patch_size: Option<f64>,
 
@@ -184,9 +189,9 @@ pub struct Light {
     #[arg(long, value_name = "AREA", requires = "max_factor", allow_negative_numbers = true)]
     pub min_patch: Option<f64>,
 
-    /// Who makes the form factors
-    #[arg(long, value_enum, default_value_t = EngineArg::Hemicube, hide_short_help = true)]
-    pub engine: EngineArg,
+    /// Who makes the form factors [default: rays; hemicube with its own flags or --max-factor]
+    #[arg(long, value_enum)]
+    pub engine: Option<EngineArg>,
 
     /// Where hemicubes are made [default: cpu]
     #[arg(long, value_enum)]
@@ -378,6 +383,15 @@ fn emission(text: &str) -> Result<(String, Emission), String> {
         Emission::Radiance(r) => r.min_element() >= 0.0 && r.max_element() < MOST_RADIANCE,
     };
     if valid && !name.is_empty() { Ok((name.to_owned(), emission)) } else { Err(wrong()) }
+}
+
+fn photometry(text: &str) -> Result<(String, PathBuf), String> {
+    match text.split_once('=') {
+        Some((lamp, file)) if !lamp.is_empty() && !file.is_empty() => {
+            Ok((lamp.to_owned(), PathBuf::from(file)))
+        }
+        _ => Err(format!("'{text}' is no lamp and file; write it like bulb=bulb.ies")),
+    }
 }
 
 /// Radiances beyond this overflow when they are squared for a residual.

@@ -90,12 +90,13 @@ fn describe(scene: &Scene) {
         print(&line);
     }
     for lamp in &scene.lamps {
-        let (kind, name) = match lamp {
-            Lamp::Point { name, .. } => ("point", name),
-            Lamp::Spot { name, .. } => ("spot", name),
-            Lamp::Directional { name, .. } => ("directional", name),
+        let kind = match lamp {
+            Lamp::Point { .. } => "point",
+            Lamp::Spot { .. } => "spot",
+            Lamp::Directional { .. } => "directional",
         };
-        print(&format!("  lamp:      {name} ({kind})"));
+        let flux = lamp.photometry().map_or(String::new(), |p| format!(", {:.0} lm", p.flux()));
+        print(&format!("  lamp:      {} ({kind}{flux})", lamp.name()));
     }
     for camera in &scene.cameras {
         print(&format!("  camera:    {}", camera.name));

@@ -5,7 +5,9 @@ use std::path::Path;
 
 use glam::DVec3;
 use hemicube::render::viewpoint;
-use hemicube::scene::{Camera, ImportOptions, Scene, Severity, SidesChoice, builtin, load};
+use hemicube::scene::{
+    Camera, ImportOptions, Lamp, Scene, Severity, SidesChoice, builtin, ies, load,
+};
 use hemicube::visibility::{Occluders, Surroundings, share};
 
 use crate::args::{Emission, Input, MOST_RADIANCE, Render, SidesArg};
@@ -44,6 +46,9 @@ pub fn read(args: &Input) -> Result<Scene, Failure> {
     for (name, emission) in &args.emission {
         set_emission(&mut scene, name, *emission)?;
     }
+    for (lamp, file) in &args.ies {
+        set_photometry(&mut scene, lamp, file)?;
+    }
     Ok(scene)
 }
 
@@ -72,6 +77,22 @@ fn set_emission(scene: &mut Scene, name: &str, emission: Emission) -> Result<(),
         }
     }
     Ok(())
+}
+
+fn set_photometry(scene: &mut Scene, lamp: &str, file: &Path) -> Result<(), Failure> {
+    let photometry = ies::read(file).map_err(Failure::input)?;
+    if scene.set_photometry(lamp, photometry) {
+        return Ok(());
+    }
+    let local = |l: &&Lamp| !matches!(l, Lamp::Directional { .. });
+    let names: Vec<&str> = scene.lamps.iter().filter(local).map(Lamp::name).collect();
+    Err(Failure::Input(if names.is_empty() {
+        format!(
+            "--ies {lamp}: no such lamp; the scene has no point or spot lamps: add them in glTF"
+        )
+    } else {
+        format!("--ies {lamp}: no such point or spot lamp; the scene has {}", names.join(", "))
+    }))
 }
 
 /// The names of all materials in use.

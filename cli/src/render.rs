@@ -176,17 +176,20 @@ fn engine_of(args: &Light) -> Result<EngineOptions, Failure> {
         ("--draw", args.draw.is_some()),
     ];
     let rays = [("--samples", args.samples.is_some()), ("--seed", args.seed.is_some())];
-    let unused: &[&[(&str, bool)]] = match args.engine {
+    let wants_hemicubes = args.max_factor.is_some() || hemicubes.iter().any(|f| f.1);
+    let default = if wants_hemicubes { EngineArg::Hemicube } else { EngineArg::Rays };
+    let engine = args.engine.unwrap_or(default);
+    let unused: &[&[(&str, bool)]] = match engine {
         EngineArg::Rays => &[&hemicubes],
         EngineArg::Hemicube => &[&rays],
         EngineArg::Classical => &[&hemicubes, &rays],
     };
     if let Some((flag, _)) = unused.iter().flat_map(|flags| *flags).find(|f| f.1) {
-        let name = args.engine.to_possible_value();
+        let name = engine.to_possible_value();
         let name = name.as_ref().map_or("", |n| n.get_name());
         return Err(Failure::Input(format!("{flag} is not used by --engine {name}; leave it out")));
     }
-    match args.engine {
+    match engine {
         EngineArg::Classical => return Ok(EngineOptions::Classical),
         EngineArg::Rays => {
             let seed = args.seed.unwrap_or_default();

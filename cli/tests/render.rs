@@ -6,7 +6,7 @@ mod common;
 
 use std::fs;
 
-use common::{Bench, CLOSED_ROOM, OPEN_MODEL, ROOM_MATERIALS, glb, png_size};
+use common::{Bench, CLOSED_ROOM, OPEN_MODEL, ROOM_MATERIALS, glb, glb_with_lamp, png_size};
 
 #[test]
 fn writes_a_picture_and_prints_its_path_alone() {
@@ -95,6 +95,21 @@ fn a_material_can_be_made_to_emit() {
     assert_eq!(png_size(&bench.path("lit.png")), (64, 48));
     let wrong = ["--emission", "lamp=5,5,4"];
     bench.render("room.obj", &wrong).refused(&["lamp", "ceiling", "plaster"]);
+}
+
+#[test]
+fn a_lamp_can_be_given_a_photometric_file() {
+    let file = "IESNA:LM-63-2002\nTILT=NONE\n1 -1 1 2 1 1 2 0 0 0 1 1 9\n0 180\n0\n100 100\n";
+    let bench = Bench::new().with("lamp.glb", glb_with_lamp()).with("even.ies", file);
+    let info = |ies: &str| bench.run(&["info", "lamp.glb", "--ies", ies]);
+    let outcome = info("bulb=even.ies").ok();
+    assert!(outcome.stdout.contains("bulb (point, 1257 lm)"), "4 pi 100 cd: {outcome:?}");
+    bench.render("lamp.glb", &["--ies", "bulb=even.ies", "-o", "lamp.png"]).ok();
+    info("lamp=even.ies").refused(&["--ies lamp", "the scene has bulb"]);
+    info("bulb=gone.ies").refused(&["gone.ies", "cannot be read"]);
+    info("bulb").refused(&["bulb=bulb.ies"]);
+    let cornell = ["info", "cornell-box", "--ies", "bulb=even.ies"];
+    bench.run(&cornell).refused(&["has no point or spot lamps"]);
 }
 
 #[test]

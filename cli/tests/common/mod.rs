@@ -133,11 +133,25 @@ f 4 3 2 1\nf 8 7 6 5
 
 /// A binary glTF file of one triangle.
 pub fn glb() -> Vec<u8> {
-    let mut json = String::from(
-        r#"{"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
-"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
-"accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}],
-"bufferViews":[{"buffer":0,"byteLength":36}],"buffers":[{"byteLength":36}]}"#,
+    glb_of(r#""scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}]"#)
+}
+
+/// A binary glTF file of one triangle and a point lamp `bulb` before it.
+pub fn glb_with_lamp() -> Vec<u8> {
+    glb_of(
+        r#""extensionsUsed":["KHR_lights_punctual"],
+"extensions":{"KHR_lights_punctual":{"lights":[{"type":"point","intensity":5}]}},
+"scenes":[{"nodes":[0,1]}],"nodes":[{"mesh":0},{"name":"bulb","translation":[0.2,0.2,1],
+"extensions":{"KHR_lights_punctual":{"light":0}}}]"#,
+    )
+}
+
+fn glb_of(nodes: &str) -> Vec<u8> {
+    let mut json = format!(
+        r#"{{"asset":{{"version":"2.0"}},{nodes},
+"meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}}}}]}}],
+"accessors":[{{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}}],
+"bufferViews":[{{"buffer":0,"byteLength":36}}],"buffers":[{{"byteLength":36}}]}}"#,
     );
     while json.len() % 4 != 0 {
         json.push(' ');

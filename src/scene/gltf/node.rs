@@ -177,14 +177,19 @@ fn add_lamp(
     let strength = Rgb::from(light.color.map(f64::from)) * f64::from(light.intensity);
     let position = world_from_node.w_axis.truncate();
     let direction = world_from_node.transform_vector3(DVec3::NEG_Z).normalize_or_zero();
+    let x_axis = world_from_node.transform_vector3(DVec3::X).normalize_or_zero();
     let spot = light.spot.clone().unwrap_or_default();
     let (inner, outer) = (f64::from(spot.inner_cone_angle), f64::from(spot.outer_cone_angle));
     let aimed = direction != DVec3::ZERO;
     let lamp = match light.type_ {
-        Checked::Valid(LightType::Point) => Lamp::Point { name, position, intensity: strength },
+        Checked::Valid(LightType::Point) => {
+            Lamp::Point { name, position, intensity: strength, x_axis, photometry: None }
+        }
         Checked::Valid(LightType::Spot) if aimed && outer > 0.0 && outer <= PI / 2.0 => {
             let inner = inner.clamp(0.0, outer);
-            Lamp::Spot { name, position, direction, intensity: strength, inner, outer }
+            let intensity = strength;
+            let photometry = None;
+            Lamp::Spot { name, position, direction, intensity, inner, outer, x_axis, photometry }
         }
         Checked::Valid(LightType::Directional) if aimed => {
             Lamp::Directional { name, direction, irradiance: strength }

@@ -391,7 +391,8 @@ fn cameras_and_lamps_follow_their_nodes() {
     assert_eq!(s.lamps.len(), 3);
     let intensity = Rgb::new(100.0, 50.0, 25.0);
     let position = DVec3::new(0.0, 4.0, 0.0);
-    assert_eq!(s.lamps[0], Lamp::Point { name: "bulb".into(), position, intensity });
+    let (name, x_axis) = ("bulb".into(), DVec3::X);
+    assert_eq!(s.lamps[0], Lamp::Point { name, position, intensity, x_axis, photometry: None });
     let Lamp::Spot { direction, inner, outer, .. } = &s.lamps[1] else { panic!() };
     assert!((*direction - DVec3::NEG_Y).length() < 1e-6, "{direction}");
     assert!((inner - 0.1).abs() < 1e-6 && (outer - 0.5).abs() < 1e-6);

@@ -1,0 +1,5 @@
+//! What several tests use.
+
+#![allow(dead_code, reason = "each test file uses a part of it")]
+
+pub mod paths;
