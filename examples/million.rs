@@ -21,7 +21,7 @@ use hemicube::scene::builtin::Mesh;
 use hemicube::scene::{
     ImportOptions, Material, Rgb, Scene, SceneBuilder, Sides, Surface, inspect, load,
 };
-use hemicube::visibility::{Occluders, uncover};
+use hemicube::visibility::{Bvh, Occluders, uncover};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let mut arguments = std::env::args().skip(1);
@@ -58,7 +58,8 @@ fn clusters(patches: &Patches) -> usize {
 /// What follows the subdivision.
 fn stages(scene: &Scene, patches: Patches) -> Result<(), Box<dyn Error>> {
     let g = &scene.geometry;
-    let patches = timed("patches: uncover", || uncover(g, patches));
+    let bvh = timed("hierarchy of boxes", || Bvh::new(g));
+    let patches = timed("patches: uncover", || uncover(g, patches, &bvh));
     let irradiance = vec![Rgb::ONE; patches.len()];
     let field = timed("field", || Field::new(g, &patches, &irradiance, |_| true));
     let renderer = timed("renderer", || Renderer::new(scene, &field));

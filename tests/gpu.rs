@@ -17,7 +17,7 @@ use hemicube::scene::builtin::Mesh;
 use hemicube::scene::{
     Geometry, Material, SceneBuilder, Side, Sides, Surface, TriangleId, builtin,
 };
-use hemicube::visibility::{Frame, uncover};
+use hemicube::visibility::{Bvh, Frame, uncover};
 
 const MEMORY: u64 = 256 << 20;
 
