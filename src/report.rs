@@ -23,6 +23,9 @@ pub struct Report {
     pub rows: Option<RowsReport>,
     /// The solution.
     pub solve: Option<SolveReport>,
+    /// Estimated relative error of irradiance due to sampling, where rows are sampled: RMS over the
+    /// surface, relative to irradiance or 1 % of its mean. What patches blur is not in it.
+    pub sampling_error: Option<f64>,
     /// Where the light went.
     pub energy: Option<EnergyBalance>,
     /// The stages in order, with wall-clock seconds.

@@ -253,6 +253,9 @@ fn say_details(report: &Report) {
     if let Some(s) = report.solve {
         say(&format!("solution: {} iterations, residual {:.1e}", s.iterations, s.residual));
     }
+    if let Some(error) = report.sampling_error {
+        say(&format!("sampling: irradiance is within about {:.2} % RMS", 100.0 * error));
+    }
     if let Some(e) = report.energy {
         say(&format!("energy: {:+.2} % imbalance of all that is emitted", 100.0 * e.imbalance));
     }
