@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use crate::form_factors::FormFactors;
 use crate::patches::{PatchId, Patches, SurfacePoint, side_index};
 use crate::scene::{Lamp, Optics, Rgb, Scene, Side, TriangleId};
-use crate::visibility::{Blockers, Sight};
+use crate::visibility::{Blockers, Bvh, Sight};
 
 /// Reflectance ρ of each patch, 0..1: its source triangle's; of a cluster the mean by area.
 #[must_use]
@@ -176,6 +176,24 @@ pub fn from_lamps(scene: &Scene, patches: &Patches) -> Vec<Rgb> {
         });
     }
     direct
+}
+
+/// Irradiance from all lamps at a point (W/m² or lx), with shadows.
+pub(crate) fn lamps_at(scene: &Scene, bvh: &Bvh, point: DVec3, normal: DVec3) -> Rgb {
+    let light = |lamp: &Lamp| {
+        let (irradiance, towards) = unshadowed(lamp, point, normal);
+        if irradiance == Rgb::ZERO {
+            return Rgb::ZERO;
+        }
+        let end = match lamp {
+            Lamp::Point { position, .. } | Lamp::Spot { position, .. } => *position,
+            Lamp::Directional { .. } => {
+                point + towards * ((point - bvh.center()).length() + 2.0 * bvh.scale())
+            }
+        };
+        if bvh.blocks(point, end) { Rgb::ZERO } else { irradiance }
+    };
+    scene.lamps.iter().map(light).sum()
 }
 
 /// Irradiance that a lamp alone would give, and the unit direction towards it.

@@ -176,6 +176,10 @@ struct Seen {
 }
 
 impl Seen {
+    fn and(self, other: Self) -> Self {
+        Self { kept: self.kept + other.kept, all: self.all + other.all }
+    }
+
     fn share(&self) -> Rgb {
         (self.kept / self.all.max(Rgb::splat(f64::MIN_POSITIVE))).min(Rgb::ONE)
     }
@@ -299,8 +303,49 @@ impl<'a> Emitters<'a> {
         room: &mut Room,
     ) -> DirectLight {
         let mut total = DirectLight::default();
+        self.each_group(receiver, room, |number, sum, unoccluded, room| {
+            let mut seen = [[Seen::default(); 2]];
+            self.visible(receiver, number, sum, &sample, room, &mut seen);
+            let [[a, b]] = seen;
+            total.irradiance += unoccluded * a.and(b).share();
+            for (half, seen) in total.halves.iter_mut().zip([a, b]) {
+                *half += unoccluded * seen.share();
+            }
+        });
+        total
+    }
+
+    /// The same as 2 `N` independent sequences of shadow rays give it: by all of them together, and by
+    /// each pair alone.
+    pub fn light_replicated<const N: usize>(
+        &self,
+        receiver: &Receiver,
+        sample: impl Fn(DVec2) -> ReceiverPoint,
+        room: &mut Room,
+    ) -> (Rgb, [[Rgb; 2]; N]) {
+        let mut total = (Rgb::ZERO, [[Rgb::ZERO; 2]; N]);
+        self.each_group(receiver, room, |number, sum, unoccluded, room| {
+            let mut seen = [[Seen::default(); 2]; N];
+            self.visible(receiver, number, sum, &sample, room, &mut seen);
+            let all = seen.iter().flatten().fold(Seen::default(), |all, s| all.and(*s));
+            total.0 += unoccluded * all.share();
+            for (one, seen) in total.1.iter_mut().flatten().zip(seen.iter().flatten()) {
+                *one += unoccluded * seen.share();
+            }
+        });
+        total
+    }
+
+    /// Calls `found` for each group that would light the receiver if nothing stood between: its number,
+    /// the sum of its sources' weights, and the irradiance unoccluded.
+    fn each_group(
+        &self,
+        receiver: &Receiver,
+        room: &mut Room,
+        mut found: impl FnMut(usize, f64, Rgb, &mut Room),
+    ) {
         if self.is_empty() || self.options.which == Apart::None {
-            return total;
+            return;
         }
         room.weights.resize(self.sources.len(), 0.0);
         weigh(&self.lanes, receiver, &mut room.weights);
@@ -315,17 +360,10 @@ impl<'a> Emitters<'a> {
                 continue;
             }
             let unoccluded = self.unoccluded(receiver, group.clone(), &room.weights);
-            if unoccluded == Rgb::ZERO {
-                continue;
-            }
-            let [a, b] = self.visible(receiver, number, sum, &sample, room);
-            let both = Seen { kept: a.kept + b.kept, all: a.all + b.all };
-            total.irradiance += unoccluded * both.share();
-            for (half, seen) in total.halves.iter_mut().zip([a, b]) {
-                *half += unoccluded * seen.share();
+            if unoccluded != Rgb::ZERO {
+                found(number, sum, unoccluded, room);
             }
         }
-        total
     }
 
     /// The same for a patch.
@@ -363,8 +401,8 @@ impl<'a> Emitters<'a> {
         sum / receiver.points.len() as f64
     }
 
-    /// Sums over pairs of points on the receiver and on a group of emitters, for each half of the
-    /// pairs.
+    /// Adds up pairs of points on the receiver and on a group of emitters, for each half of each set of
+    /// pairs that is asked for. All sets decide together whether they need more than the first pairs.
     fn visible(
         &self,
         receiver: &Receiver,
@@ -372,34 +410,37 @@ impl<'a> Emitters<'a> {
         sum: f64,
         sample: &impl Fn(DVec2) -> ReceiverPoint,
         room: &mut Room,
-    ) -> [Seen; 2] {
-        let mut halves = [Seen::default(); 2];
+        seen: &mut [[Seen; 2]],
+    ) {
         let (mut drawn, mut blocked) = (0, 0);
         let more = self.options.shadow.min(MOST_SHADOW).next_multiple_of(PAIRS);
         // The first pairs tell whether more are worth their while.
         for (round, count) in [(0, PAIRS), (1, more)] {
-            self.draw(receiver, (number, round), sum, count, sample, room);
-            for (lane, kernel) in room.kernels.iter().enumerate().filter(|k| *k.1 != Rgb::ZERO) {
-                let half = &mut halves[lane % 2];
-                half.all += *kernel;
-                drawn += 1;
-                if room.blocked[lane / LANES] >> (lane % LANES) & 1 == 0 {
-                    half.kept += *kernel;
-                } else {
-                    blocked += 1;
+            for (k, halves) in seen.iter_mut().enumerate() {
+                let seed = receiver.seed ^ (k as u64) << 48;
+                self.draw(seed, (number, round), sum, count, sample, room);
+                for (lane, kernel) in room.kernels.iter().enumerate().filter(|k| *k.1 != Rgb::ZERO)
+                {
+                    let half = &mut halves[lane % 2];
+                    half.all += *kernel;
+                    drawn += 1;
+                    if room.blocked[lane / LANES] >> (lane % LANES) & 1 == 0 {
+                        half.kept += *kernel;
+                    } else {
+                        blocked += 1;
+                    }
                 }
             }
             if blocked == 0 || blocked == drawn {
                 break;
             }
         }
-        halves
     }
 
     /// Draws `count` pairs and traces the segments between them; even lanes are of the first half.
     fn draw(
         &self,
-        receiver: &Receiver,
+        seed: u64,
         (number, round): (usize, u64),
         sum: f64,
         count: usize,
@@ -413,7 +454,7 @@ impl<'a> Emitters<'a> {
         room.kernels.resize(count, Rgb::ZERO);
         let each = count / 2;
         for half in 0..2 {
-            let seed = receiver.seed << 8 ^ (number as u64) << 2 ^ round << 1 ^ half as u64;
+            let seed = seed << 8 ^ (number as u64) << 2 ^ round << 1 ^ half as u64;
             let [s0, s1, s2, s3, s4] = shifts(seed);
             let (mut k, mut below) = (group.start, 0.0);
             for (i, pair) in self.pairs[half][..each].iter().enumerate() {
