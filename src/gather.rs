@@ -34,7 +34,7 @@ use crate::form_factors::rays::{Block, aim, blocks, shift};
 use crate::patches::{Patches, SurfacePoint, side_index};
 use crate::progress::Progress;
 use crate::reconstruct::Field;
-use crate::scene::{Rgb, Scene, Side};
+use crate::scene::{Rgb, Scene, Side, luminance};
 use crate::solution::Solution;
 use crate::visibility::{Bvh, COVERED, Frame, Hits, LANES, NOTHING, Packet};
 
@@ -44,8 +44,8 @@ pub struct GatherOptions {
     /// Rays a point, 256 to [`MOST_RAYS`], rounded up to a multiple of 256. Powers of two fill best.
     /// Default 4,096.
     pub samples: usize,
-    /// Shadow rays from a point to a group of emitters that it sees in part, at least 128. Default
-    /// 1,024.
+    /// Shadow rays from a point to a group of emitters that it sees in part, an eighth of them
+    /// to one that is seen as a whole or not at all; 128 to 32,768. Default 4,096.
     pub shadow: usize,
     /// Other seeds give other rays. Default 0.
     pub seed: u32,
@@ -53,7 +53,7 @@ pub struct GatherOptions {
 
 impl Default for GatherOptions {
     fn default() -> Self {
-        Self { samples: 4096, shadow: 1024, seed: 0 }
+        Self { samples: 4096, shadow: 4096, seed: 0 }
     }
 }
 
@@ -73,6 +73,10 @@ const STUDENT: f64 = 2.131;
 /// on a surface, given to six digits, is not in the shadow of that surface or its neighbours. What
 /// is thinner than this over a surface does not shade it.
 pub const CLEARANCE: f64 = 1e-5;
+
+/// Share of the mean irradiance of lit patches below which a place that sees backs is inside a solid
+/// that reflects on both sides; the field lets a little in at contacts.
+const DARK: f64 = 1e-3;
 
 /// Where irradiance is wanted.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -101,8 +105,8 @@ pub struct Estimate {
 pub enum Place {
     /// Where light can be measured.
     Free,
-    /// Inside a solid: more than half of what it sees are backs that do not reflect; or any backs, and
-    /// all is dark.
+    /// Inside a solid: more than half of what it sees are backs that do not reflect; or backs of any
+    /// kind, and it is dark (below a thousandth of the mean of lit patches).
     Covered,
     /// On a side that emits. Its own emission does not count.
     OnEmitter,
@@ -118,6 +122,8 @@ pub struct Gatherer<'a> {
     sets: Vec<Vec<Block>>,
     /// Standard error of each patch's irradiance.
     doubt: Option<Vec<Rgb>>,
+    /// Irradiance below this is darkness.
+    dark: f64,
     seed: u32,
 }
 
@@ -163,7 +169,13 @@ impl<'a> Gatherer<'a> {
             .halves
             .as_ref()
             .map(|[a, b]| a.iter().zip(b).map(|(a, b)| (*a - *b) * 0.5).collect());
-        Self { scene, patches, field, bvh, emitters, sets, doubt, seed }
+        let lit: Vec<Rgb> = patches
+            .ids()
+            .filter(|i| solution.usable[i.index()])
+            .map(|i| field.of_patches()[i.index()])
+            .collect();
+        let mean = luminance(lit.iter().sum::<Rgb>() / lit.len().max(1) as f64);
+        Self { scene, patches, field, bvh, emitters, sets, doubt, dark: DARK * mean, seed }
     }
 
     /// Rays a point.
@@ -186,7 +198,7 @@ impl<'a> Gatherer<'a> {
             .collect()
     }
 
-    /// Irradiance at one point; `index` tells points apart, so that their errors are independent.
+    /// Irradiance at one point; `index` (below 2³²) tells points apart, so that their errors are independent.
     #[must_use]
     pub fn at(&self, probe: Probe, index: u64) -> Estimate {
         let Probe { point, normal } = probe;
@@ -214,7 +226,7 @@ impl<'a> Gatherer<'a> {
         let noise = (squares / (SETS * (SETS - 1)) as f64).map(f64::sqrt);
         let doubt = (tally.doubt / (SETS * rays) as f64).map(f64::sqrt);
         let share = |count: usize| count as f64 / (SETS * rays) as f64;
-        let dark = share(tally.backs) > COVERED && irradiance == Rgb::ZERO;
+        let dark = share(tally.backs) > COVERED && irradiance.max_element() <= self.dark;
         let place = if self.is_on_emitter(start, normal) {
             Place::OnEmitter
         } else if dark || share(tally.dark) > COVERED {

@@ -64,6 +64,9 @@ const NEAREST: f32 = 4.0;
 /// So does one that sees the emitter, head on, under a larger form factor.
 const LARGEST: f32 = 0.15;
 
+/// The same of a point, where Lambert's formula is exact: what it is not inside the bounding sphere of.
+const LARGEST_OF_POINT: f32 = 1.0;
+
 /// A triangle whose distance is below this many times the root of its area counts as near.
 const NEAR: f32 = 10.0;
 
@@ -128,6 +131,8 @@ pub struct Receiver {
     /// Farthest point from the centre, and the root of the area.
     radius: f32,
     size: f32,
+    /// Emitters seen under a larger form factor, head on, are left to the rays.
+    largest: f32,
     /// Tells receivers apart.
     seed: u64,
 }
@@ -257,6 +262,7 @@ impl<'a> Emitters<'a> {
             bend: if patches.is_cluster(id) { BEND } else { 0.0 },
             radius: (radius / scale) as f32,
             size: (patches.area(id).sqrt() / scale) as f32,
+            largest: LARGEST,
             seed: u64::from(id.0),
         }
     }
@@ -271,6 +277,7 @@ impl<'a> Emitters<'a> {
             bend: 0.0,
             radius: 0.0,
             size: 0.0,
+            largest: LARGEST_OF_POINT,
             seed: seed ^ 1 << 63,
         }
     }
@@ -305,7 +312,7 @@ impl<'a> Emitters<'a> {
         let mut total = DirectLight::default();
         self.each_group(receiver, room, |number, sum, unoccluded, room| {
             let mut seen = [[Seen::default(); 2]];
-            self.visible(receiver, number, sum, &sample, room, &mut seen);
+            self.visible(receiver, (number, sum), &sample, room, PAIRS, &mut seen);
             let [[a, b]] = seen;
             total.irradiance += unoccluded * a.and(b).share();
             for (half, seen) in total.halves.iter_mut().zip([a, b]) {
@@ -324,9 +331,12 @@ impl<'a> Emitters<'a> {
         room: &mut Room,
     ) -> (Rgb, [[Rgb; 2]; N]) {
         let mut total = (Rgb::ZERO, [[Rgb::ZERO; 2]; N]);
+        /// Share of the shadow rays that the first look takes: what it misses is an error unknown.
+        const LOOK: usize = 8;
+        let look = (self.options.shadow / LOOK).clamp(PAIRS, MOST_SHADOW);
         self.each_group(receiver, room, |number, sum, unoccluded, room| {
             let mut seen = [[Seen::default(); 2]; N];
-            self.visible(receiver, number, sum, &sample, room, &mut seen);
+            self.visible(receiver, (number, sum), &sample, room, look, &mut seen);
             let all = seen.iter().flatten().fold(Seen::default(), |all, s| all.and(*s));
             total.0 += unoccluded * all.share();
             for (one, seen) in total.1.iter_mut().flatten().zip(seen.iter().flatten()) {
@@ -402,20 +412,20 @@ impl<'a> Emitters<'a> {
     }
 
     /// Adds up pairs of points on the receiver and on a group of emitters, for each half of each set of
-    /// pairs that is asked for. All sets decide together whether they need more than the first pairs.
+    /// pairs that is asked for. All sets decide together whether they need more than the first `look`.
     fn visible(
         &self,
         receiver: &Receiver,
-        number: usize,
-        sum: f64,
+        (number, sum): (usize, f64),
         sample: &impl Fn(DVec2) -> ReceiverPoint,
         room: &mut Room,
+        look: usize,
         seen: &mut [[Seen; 2]],
     ) {
         let (mut drawn, mut blocked) = (0, 0);
         let more = self.options.shadow.min(MOST_SHADOW).next_multiple_of(PAIRS);
         // The first pairs tell whether more are worth their while.
-        for (round, count) in [(0, PAIRS), (1, more)] {
+        for (round, count) in [(0, look.next_multiple_of(PAIRS)), (1, more)] {
             for (k, halves) in seen.iter_mut().enumerate() {
                 let seed = receiver.seed ^ (k as u64) << 48;
                 self.draw(seed, (number, round), sum, count, sample, room);
@@ -538,7 +548,7 @@ fn suitable(r: &Receiver, unit: [f32; 3], unit_radius: f32) -> bool {
     let d2 = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
     let reach = unit_radius + r.radius + NEAREST * r.size;
     // A disk of the unit's radius, head on.
-    d2 > reach * reach && unit_radius * unit_radius < LARGEST * d2
+    d2 > reach * reach && unit_radius * unit_radius < r.largest * d2
 }
 
 multiversion! {
