@@ -44,7 +44,7 @@ pub fn run(args: &Render) -> Result<(), Failure> {
     input::say_findings(&scene, args.light.quiet);
     input::ensure_light(&mut scene, &camera, args.light.quiet)?;
     let bar = Bar::new(args.light.quiet);
-    let mut solution = lit(&scene, &args.light, &bar)?;
+    let mut solution = lit(&scene, &args.light, EngineArg::RENDER, &bar)?;
 
     let start = Instant::now();
     let field = solution.field(&scene);
@@ -82,7 +82,8 @@ pub fn run(args: &Render) -> Result<(), Failure> {
     Ok(())
 }
 
-fn set_threads(threads: usize) -> Result<(), Failure> {
+/// Works on so many threads; 0: one a core.
+pub fn set_threads(threads: usize) -> Result<(), Failure> {
     rayon::ThreadPoolBuilder::new().num_threads(threads).build_global().map_err(Failure::failed)
 }
 
@@ -97,7 +98,7 @@ fn output_of(scene: &Scene, args: &Render) -> Result<PathBuf, Failure> {
 }
 
 /// Refuses a file in a folder that is not there or cannot be written to, before any work is done.
-fn ensure_folder(path: &Path) -> Result<(), Failure> {
+pub fn ensure_folder(path: &Path) -> Result<(), Failure> {
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     if !folder.is_dir() {
         return Err(Failure::Input(format!("{}: no such folder", folder.display())));
@@ -108,8 +109,8 @@ fn ensure_folder(path: &Path) -> Result<(), Failure> {
     can_write(path).map_err(Failure::input)
 }
 
-/// Lights the scene as the command line says.
-pub fn lit(scene: &Scene, args: &Light, bar: &Bar) -> Result<Solution, Failure> {
+/// Lights the scene as the command line says, by `engine` if it names none.
+pub fn lit(scene: &Scene, args: &Light, engine: EngineArg, bar: &Bar) -> Result<Solution, Failure> {
     let memory = args.memory.unwrap_or_else(machine::available_memory);
     let options = LightOptions {
         patch_size: args.patch_size,
@@ -122,7 +123,7 @@ pub fn lit(scene: &Scene, args: &Light, bar: &Bar) -> Result<Solution, Failure> 
             .max_factor
             .zip(args.min_patch)
             .map(|(max_factor, min_area)| Adaptive { max_factor, min_area }),
-        engine: engine_of(args)?,
+        engine: engine_of(args, args.engine.unwrap_or(engine))?,
         solve: SolveOptions {
             method: match args.solver {
                 SolverChoice::GaussSeidel => Method::GaussSeidel,
@@ -169,24 +170,24 @@ pub fn lit(scene: &Scene, args: &Light, bar: &Bar) -> Result<Solution, Failure> 
 }
 
 /// The engine asked for; a flag that it does not use is an error.
-fn engine_of(args: &Light) -> Result<EngineOptions, Failure> {
+fn engine_of(args: &Light, engine: EngineArg) -> Result<EngineOptions, Failure> {
     let hemicubes = [
         ("--device", args.device.is_some()),
         ("--resolution", args.resolution.is_some()),
         ("--draw", args.draw.is_some()),
     ];
     let rays = [("--samples", args.samples.is_some()), ("--seed", args.seed.is_some())];
-    let unused: &[&[(&str, bool)]] = match args.engine {
+    let unused: &[&[(&str, bool)]] = match engine {
         EngineArg::Rays => &[&hemicubes],
         EngineArg::Hemicube => &[&rays],
         EngineArg::Classical => &[&hemicubes, &rays],
     };
     if let Some((flag, _)) = unused.iter().flat_map(|flags| *flags).find(|f| f.1) {
-        let name = args.engine.to_possible_value();
+        let name = engine.to_possible_value();
         let name = name.as_ref().map_or("", |n| n.get_name());
         return Err(Failure::Input(format!("{flag} is not used by --engine {name}; leave it out")));
     }
-    match args.engine {
+    match engine {
         EngineArg::Classical => return Ok(EngineOptions::Classical),
         EngineArg::Rays => {
             let seed = args.seed.unwrap_or_default();
@@ -222,7 +223,7 @@ fn gpu_hemicube(_: HemicubeOptions) -> Result<EngineOptions, Failure> {
 }
 
 /// Says how long each stage took and where the light went.
-fn say_details(report: &Report) {
+pub fn say_details(report: &Report) {
     for stage in &report.stages {
         say(&format!("{:14} {:8.3} s", stage.name, stage.seconds));
     }
@@ -259,7 +260,8 @@ fn picture_failure(error: RenderError) -> Failure {
     }
 }
 
-fn write_report(report: &mut Report, args: &Light) -> Result<(), Failure> {
+/// Writes what happened, if it is wanted.
+pub fn write_report(report: &mut Report, args: &Light) -> Result<(), Failure> {
     let Some(path) = &args.report else { return Ok(()) };
     report.peak_memory_bytes = machine::peak_memory();
     let json = serde_json::to_string_pretty(report).map_err(Failure::failed)?;
