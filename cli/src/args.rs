@@ -180,9 +180,9 @@ pub enum SidesArg {
 }
 
 /// How a scene is lit.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub struct Light {
-    /// Largest area of a patch in m² [default: the area that yields about 5,000 patches, 10,000 if source triangles are joined]
+    /// Largest area of a patch in m² [default: the area that yields about 5,000 patches, 10,000 if source triangles are joined; 40,000 for probe]
     #[arg(long, value_name = "AREA", allow_negative_numbers = true)]
     pub patch_size: Option<f64>,
 
@@ -214,7 +214,7 @@ pub struct Light {
     #[arg(long, value_enum, hide_short_help = true)]
     pub draw: Option<DrawChoice>,
 
-    /// Rays a row, 32 to 65536 [default: 1024]
+    /// Rays a row, 32 to 65536 [default: 1024; 512 for probe]
     #[arg(long, value_name = "N", value_parser = samples)]
     pub samples: Option<usize>,
 

@@ -6,17 +6,26 @@ use std::time::Instant;
 
 use hemicube::export::write_whole;
 use hemicube::gather::{Estimate, GatherOptions, Gatherer, Place};
+use hemicube::patches::Patches;
 use hemicube::progress::Progress;
 use hemicube::report::Stage;
 use hemicube::scene::{Scene, luminance};
+use hemicube::solution::MANY_SIDES;
 use hemicube::visibility::Bvh;
 
-use crate::args::{EngineArg, Probe};
+use crate::args::{ClusterArg, EngineArg, Light, Probe};
 use crate::failure::Failure;
 use crate::input;
 use crate::points::{self, Table, error, number};
 use crate::render::{ensure_folder, lit, say_details, set_threads, write_report};
 use crate::terminal::{Bar, catch_interrupts, print, say};
+
+/// Number of patches aimed at, beyond one a side of each source triangle. Points average over what they
+/// see, and the noise of patches with it; the size of patches beside a contact they do not.
+const PATCHES: u64 = 40_000;
+
+/// Rays a row, for the same reason fewer.
+const SAMPLES: usize = 512;
 
 /// Runs the command.
 pub fn run(args: &Probe) -> Result<(), Failure> {
@@ -31,7 +40,7 @@ pub fn run(args: &Probe) -> Result<(), Failure> {
     input::say_findings(&scene, quiet);
     ensure_lit(&scene)?;
     let bar = Bar::new(quiet);
-    let mut solution = lit(&scene, &args.light, EngineArg::PROBE, &bar)?;
+    let mut solution = lit(&scene, &light_of(args, &scene), EngineArg::PROBE, &bar)?;
 
     let start = Instant::now();
     let field = solution.field(&scene);
@@ -61,6 +70,21 @@ pub fn run(args: &Probe) -> Result<(), Failure> {
     write_report(&mut solution.report, &args.light)
 }
 
+/// How the scene is lit, where the command line leaves it open.
+fn light_of(args: &Probe, scene: &Scene) -> Light {
+    let mut light = args.light.clone();
+    let rays = light.engine.unwrap_or(EngineArg::PROBE) == EngineArg::Rays;
+    // Large models may have their triangles joined, which says how large patches are.
+    let small = scene.geometry.len() as u64 <= MANY_SIDES / 2 && light.cluster != ClusterArg::On;
+    if rays {
+        light.samples.get_or_insert(SAMPLES);
+        if small && light.max_factor.is_none() {
+            light.patch_size.get_or_insert(Patches::area_adding(&scene.geometry, PATCHES));
+        }
+    }
+    light
+}
+
 /// The points asked for.
 fn table(args: &Probe) -> Result<Table, Failure> {
     if let Some(grid) = &args.grid {
@@ -76,7 +100,7 @@ fn table(args: &Probe) -> Result<Table, Failure> {
     };
     let bytes = bytes.map_err(|e| Failure::Input(format!("{name}: {e}")))?;
     let text = String::from_utf8(bytes)
-        .map_err(|_| Failure::Input(format!("{name}: not a text in UTF-8; save it as CSV")))?;
+        .map_err(|_| Failure::Input(format!("{name}: is not text in UTF-8; save it as CSV")))?;
     points::read(&name, &text).map_err(Failure::Input)
 }
 
