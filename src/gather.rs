@@ -14,10 +14,14 @@
 //!
 //! Rays come in 16 sets that know nothing of each other, each with its own shadow rays. What is left of
 //! their differences in the mean is known from Student's distribution. To this the error of the
-//! solution is added, as its two halves tell it: they differ by twice the standard error of their mean.
+//! solution is added as its two halves tell it, which differ by about twice the standard error of
+//! their mean: its root mean square over what the rays meet, as if all patches erred to the same side.
+//! They do not, so the interval is wider than need be.
 //!
 //! # Limits
 //!
+//! - Rays begin [`CLEARANCE`] above the point. A shadow that none of the first shadow rays finds (1/8
+//!   of all) is an error that is not stated.
 //! - Reflectance and emission are means over source triangles: textures are not looked up.
 //! - Of the error of the solution only the noise is known, not what comes of the size of patches; and
 //!   nothing of it where rows are not sampled.

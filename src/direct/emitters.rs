@@ -64,7 +64,8 @@ const NEAREST: f32 = 4.0;
 /// So does one that sees the emitter, head on, under a larger form factor.
 const LARGEST: f32 = 0.15;
 
-/// The same of a point, where Lambert's formula is exact: what it is not inside the bounding sphere of.
+/// The same of a point, for which Lambert's formula is exact: it leaves to the rays those emitters
+/// whose bounding sphere it is in, of which they find much.
 const LARGEST_OF_POINT: f32 = 1.0;
 
 /// A triangle whose distance is below this many times the root of its area counts as near.
@@ -600,6 +601,7 @@ fn add_far_kernel(
     let (area, weights) = (&lanes.area[group.clone()][..n], &weights[group][..n]);
     let mut sums = [[0.0_f32; LANES]; 3];
     for block in (0..n).step_by(LANES) {
+        #[allow(clippy::needless_range_loop, reason = "lanes of several arrays")]
         for l in 0..LANES.min(n - block) {
             let k = block + l;
             let d = [x[k] - at.x, y[k] - at.y, z[k] - at.z];

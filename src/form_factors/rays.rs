@@ -146,7 +146,7 @@ pub(crate) fn blocks(rays: usize, seed: u32) -> Vec<Block> {
     let mut samples: Vec<[f32; 4]> =
         (0..rays as u32).map(|i| sobol_burley::sample_4d(i, 0, seed)).collect();
     let code = |s: &[f32; 4]| morton(s[2]) | morton(s[3]) << 1;
-    samples.sort_by(|a, b| code(a).cmp(&code(b)));
+    samples.sort_by_key(code);
     samples
         .chunks_exact(LANES)
         .map(|samples| {
