@@ -138,6 +138,10 @@ fn summary(found: &[Estimate]) -> String {
             number(worst)
         );
     }
+    let dark = free.iter().filter(|e| **e == 0.0).count();
+    if dark > 0 {
+        line += &format!("; {dark} get no light: see whether they are in the scene, in metres");
+    }
     for (place, what) in
         [(Place::Covered, "inside solids (covered)"), (Place::OnEmitter, "on emitters")]
     {
