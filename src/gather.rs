@@ -14,9 +14,9 @@
 //!
 //! Rays come in 16 sets that know nothing of each other, each with its own shadow rays. What is left of
 //! their differences in the mean is known from Student's distribution. To this the error of the
-//! solution is added as its two halves tell it, which differ by about twice the standard error of
-//! their mean: its root mean square over what the rays meet, as if all patches erred to the same side.
-//! They do not, so the interval is wider than need be.
+//! solution is added as its two halves tell it, which differ by twice the standard error of their
+//! mean: patch by patch in quadrature, in proportion to the rays that meet it, and once more for what
+//! all of them have in common.
 //!
 //! # Limits
 //!
@@ -72,6 +72,9 @@ const SETS: usize = 16;
 
 /// Half the width of the 95 % interval of Student's t with [`SETS`] - 1 degrees of freedom.
 const STUDENT: f64 = 2.131;
+
+/// Half the width of the 95 % interval of a normal distribution.
+const NORMAL: f64 = 1.96;
 
 /// Rays begin this far along the normal, in radii of the scene: ten times its rounding, so that a point
 /// on a surface, given to six digits, is not in the shadow of that surface or its neighbours. What
@@ -132,14 +135,14 @@ pub struct Gatherer<'a> {
 }
 
 /// What the rays of a point met, counted.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Default)]
 struct Tally {
     escaped: usize,
     /// Backs that do not reflect, and all backs.
     dark: usize,
     backs: usize,
-    /// Sum of the squares of the solution's error.
-    doubt: Rgb,
+    /// What the errors of patches contribute, ray by ray.
+    doubts: Vec<(u32, Rgb)>,
 }
 
 /// Rays of one set, and what they meet.
@@ -228,7 +231,7 @@ impl<'a> Gatherer<'a> {
         let mean = alone.iter().sum::<Rgb>() / SETS as f64;
         let squares: Rgb = alone.iter().map(|h| (*h - mean) * (*h - mean)).sum();
         let noise = (squares / (SETS * (SETS - 1)) as f64).map(f64::sqrt);
-        let doubt = (tally.doubt / (SETS * rays) as f64).map(f64::sqrt);
+        let doubt = spread(&mut tally.doubts) / (SETS * rays) as f64;
         let share = |count: usize| count as f64 / (SETS * rays) as f64;
         let dark = share(tally.backs) > COVERED && irradiance.max_element() <= self.dark;
         let place = if self.is_on_emitter(start, normal) {
@@ -238,7 +241,7 @@ impl<'a> Gatherer<'a> {
         } else {
             Place::Free
         };
-        let error = noise * STUDENT + doubt;
+        let error = noise * STUDENT + doubt * NORMAL;
         Estimate { irradiance, error, place, escaped: share(tally.escaped) }
     }
 
@@ -292,8 +295,7 @@ impl<'a> Gatherer<'a> {
                 sum += e;
             }
             if let (Some(doubt), Some(id)) = (&self.doubt, self.patches.at(p)) {
-                let doubt = rho * doubt[id.index()];
-                tally.doubt += doubt * doubt;
+                tally.doubts.push((id.0, rho * doubt[id.index()]));
             }
         }
         sum
@@ -308,6 +310,19 @@ impl<'a> Gatherer<'a> {
                 && self.scene.optics.emission(m.triangle, m.side) != Rgb::ZERO
         })
     }
+}
+
+/// Standard error of a sum over rays, each of which carries the error of a patch: patches err
+/// independently, and all of them by their sum.
+fn spread(doubts: &mut [(u32, Rgb)]) -> Rgb {
+    doubts.sort_unstable_by_key(|d| d.0);
+    let (mut squares, mut all) = (Rgb::ZERO, Rgb::ZERO);
+    for patch in doubts.chunk_by(|a, b| a.0 == b.0) {
+        let sum: Rgb = patch.iter().map(|d| d.1).sum();
+        squares += sum * sum;
+        all += sum;
+    }
+    (squares + all * all).map(f64::sqrt)
 }
 
 /// Sets the sequences of points apart from those of rows.
