@@ -6,6 +6,7 @@ mod lamps;
 
 pub use emitters::{Apart, ApartOptions, DirectLight, Emitters, MOST_SHADOW, Receiver, Room};
 pub use lamps::from_lamps;
+pub(crate) use lamps::lamps_at;
 
 use std::f64::consts::PI;
 

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use glam::DVec3;
 use hemicube::form_factors::rays::MOST_SAMPLES;
+use hemicube::gather::{FEWEST_RAYS, GatherOptions, MOST_RAYS};
 
 /// Radiosity: pictures of scenes lit by the exchange of diffuse light.
 #[derive(Debug, Parser)]
@@ -21,6 +22,9 @@ pub enum Command {
     /// Light a scene and make its picture
     #[command(after_long_help = RENDER_EXAMPLES)]
     Render(Box<Render>),
+    /// Measure irradiance at points or on a work plane, as CSV
+    #[command(after_long_help = PROBE_EXAMPLES)]
+    Probe(Box<Probe>),
     /// Say what a model holds, and what is wrong or doubtful with it
     #[command(after_long_help = INFO_EXAMPLES)]
     Info(Box<Info>),
@@ -37,6 +41,16 @@ const RENDER_EXAMPLES: &str = "Examples:
   hemicube render model.obj --unit mm --emission lamp=20,18,15 --patch-size 0.01
   hemicube render hall.glb --ies pendant=pendant.ies
   hemicube render statue.glb --sky 1,1,1.2 --exposure -1 --tone linear --report run.json";
+
+const PROBE_EXAMPLES: &str = "Examples:
+  hemicube probe cornell-box --points points.csv -o out.csv
+  hemicube probe office.glb --grid 0.25,0.75,0.25 0,0,3.5 5.5,0,0 7x11 -o desk.csv -v
+  printf 'x,y,z,nx,ny,nz\\n2,0.75,1,0,1,0\\n' | hemicube probe office.glb --points -
+
+Points are in metres. The file has a header with x,y,z,nx,ny,nz in any order; other columns pass
+through. Added are E_r,E_g,E_b, E = .2126 E_r + .7152 E_g + .0722 E_b in lx (W/m2), error (half the
+width of the 95 % interval of E) and place: free, covered (inside a solid) or emitter (on one).
+A grid adds i,j too; its normal is U x V.";
 
 const INFO_EXAMPLES: &str = "Examples:
   hemicube info house.glb
@@ -171,9 +185,9 @@ pub enum SidesArg {
 }
 
 /// How a scene is lit.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub struct Light {
-    /// Largest area of a patch in m² [default: the area that yields about 20,000 patches, 5,000 without rays, 10,000 if source triangles are joined]
+    /// Largest area of a patch in m² [default: the area that yields about 20,000 patches, 5,000 without rays, 40,000 for probe, 10,000 if source triangles are joined]
     #[arg(long, value_name = "AREA", allow_negative_numbers = true)]
     pub patch_size: Option<f64>,
 
@@ -205,7 +219,7 @@ pub struct Light {
     #[arg(long, value_enum, hide_short_help = true)]
     pub draw: Option<DrawChoice>,
 
-    /// Rays a row, 32 to 65536 [default: 1024]
+    /// Rays a row, 32 to 65536 [default: 1024; 512 for probe]
     #[arg(long, value_name = "N", value_parser = samples)]
     pub samples: Option<usize>,
 
@@ -236,6 +250,18 @@ pub struct Light {
     /// Say how long each stage took and where the light went
     #[arg(short, long)]
     pub verbose: bool,
+}
+
+impl Light {
+    /// The engine asked for, or the one that its flags belong to.
+    pub fn engine(&self) -> EngineArg {
+        let hemicubes = self.device.is_some() || self.resolution.is_some() || self.draw.is_some();
+        let default = match hemicubes || self.max_factor.is_some() {
+            true => EngineArg::Hemicube,
+            false => EngineArg::Rays,
+        };
+        self.engine.unwrap_or(default)
+    }
 }
 
 /// `hemicube render`.
@@ -276,6 +302,34 @@ pub struct Render {
     /// How radiance becomes display light
     #[arg(long, value_enum, default_value_t = ToneChoice::Agx, hide_short_help = true)]
     pub tone: ToneChoice,
+
+    /// How it is lit.
+    #[command(flatten)]
+    pub light: Light,
+}
+
+/// `hemicube probe`.
+#[derive(Debug, Args)]
+pub struct Probe {
+    /// Which scene.
+    #[command(flatten)]
+    pub input: Input,
+
+    /// A table (.csv) of points and normals: x,y,z,nx,ny,nz; - reads it from stdin
+    #[arg(long, value_name = "FILE", required_unless_present = "grid", conflicts_with = "grid")]
+    pub points: Option<PathBuf>,
+
+    /// A work plane: its corner, its two edges, and how many cells along each
+    #[arg(long, num_args = 4, value_names = ["X,Y,Z", "U", "V", "NUxNV"], allow_hyphen_values = true)]
+    pub grid: Option<Vec<String>>,
+
+    /// The result (.csv) [default: stdout]
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+
+    /// Rays a point, 256 to 1048576
+    #[arg(long, value_name = "N", default_value_t = GatherOptions::default().samples, value_parser = point_rays)]
+    pub rays: usize,
 
     /// How it is lit.
     #[command(flatten)]
@@ -355,7 +409,8 @@ pub enum ToneChoice {
     Linear,
 }
 
-fn vector(text: &str) -> Result<DVec3, String> {
+/// Three numbers with commas between.
+pub fn vector(text: &str) -> Result<DVec3, String> {
     let parts: Vec<f64> = text
         .split(',')
         .map(str::trim)
@@ -404,7 +459,8 @@ fn reflectance(text: &str) -> Result<f64, String> {
     }
 }
 
-fn size(text: &str) -> Result<(usize, usize), String> {
+/// Two whole numbers with an x between.
+pub fn size(text: &str) -> Result<(usize, usize), String> {
     let wrong = || format!("'{text}' is not a size; write it like 800x600");
     let (w, h) = text.split_once(['x', 'X']).ok_or_else(wrong)?;
     Ok((w.parse().map_err(|_| wrong())?, h.parse().map_err(|_| wrong())?))
@@ -424,6 +480,13 @@ fn samples(text: &str) -> Result<usize, String> {
     match text.parse() {
         Ok(n) if (32..=MOST_SAMPLES).contains(&n) => Ok(n),
         _ => Err(format!("'{text}' is not a number of rays from 32 to {MOST_SAMPLES}")),
+    }
+}
+
+fn point_rays(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(n) if (FEWEST_RAYS..=MOST_RAYS).contains(&n) => Ok(n),
+        _ => Err(format!("'{text}' is not a number of rays from {FEWEST_RAYS} to {MOST_RAYS}")),
     }
 }
 

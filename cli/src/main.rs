@@ -6,6 +6,8 @@ mod info;
 mod input;
 mod machine;
 mod paper;
+mod points;
+mod probe;
 mod render;
 mod scenes;
 mod terminal;
@@ -20,6 +22,7 @@ fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let result = match arguments.command {
         Command::Render(r) => render::run(&r),
+        Command::Probe(p) => probe::run(&p),
         Command::Info(i) => info::run(&i),
         Command::Scenes => scenes::run(),
         Command::Paper(p) => paper::run(&p),

@@ -82,7 +82,8 @@ pub fn run(args: &Render) -> Result<(), Failure> {
     Ok(())
 }
 
-fn set_threads(threads: usize) -> Result<(), Failure> {
+/// Works on so many threads; 0: one a core.
+pub fn set_threads(threads: usize) -> Result<(), Failure> {
     rayon::ThreadPoolBuilder::new().num_threads(threads).build_global().map_err(Failure::failed)
 }
 
@@ -97,7 +98,7 @@ fn output_of(scene: &Scene, args: &Render) -> Result<PathBuf, Failure> {
 }
 
 /// Refuses a file in a folder that is not there or cannot be written to, before any work is done.
-fn ensure_folder(path: &Path) -> Result<(), Failure> {
+pub fn ensure_folder(path: &Path) -> Result<(), Failure> {
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     if !folder.is_dir() {
         return Err(Failure::Input(format!("{}: no such folder", folder.display())));
@@ -170,15 +171,13 @@ pub fn lit(scene: &Scene, args: &Light, bar: &Bar) -> Result<Solution, Failure> 
 
 /// The engine asked for; a flag that it does not use is an error.
 fn engine_of(args: &Light) -> Result<EngineOptions, Failure> {
+    let engine = args.engine();
     let hemicubes = [
         ("--device", args.device.is_some()),
         ("--resolution", args.resolution.is_some()),
         ("--draw", args.draw.is_some()),
     ];
     let rays = [("--samples", args.samples.is_some()), ("--seed", args.seed.is_some())];
-    let wants_hemicubes = args.max_factor.is_some() || hemicubes.iter().any(|f| f.1);
-    let default = if wants_hemicubes { EngineArg::Hemicube } else { EngineArg::Rays };
-    let engine = args.engine.unwrap_or(default);
     let unused: &[&[(&str, bool)]] = match engine {
         EngineArg::Rays => &[&hemicubes],
         EngineArg::Hemicube => &[&rays],
@@ -225,7 +224,7 @@ fn gpu_hemicube(_: HemicubeOptions) -> Result<EngineOptions, Failure> {
 }
 
 /// Says how long each stage took and where the light went.
-fn say_details(report: &Report) {
+pub fn say_details(report: &Report) {
     for stage in &report.stages {
         say(&format!("{:14} {:8.3} s", stage.name, stage.seconds));
     }
@@ -268,7 +267,8 @@ fn picture_failure(error: RenderError) -> Failure {
     }
 }
 
-fn write_report(report: &mut Report, args: &Light) -> Result<(), Failure> {
+/// Writes what happened, if it is wanted.
+pub fn write_report(report: &mut Report, args: &Light) -> Result<(), Failure> {
     let Some(path) = &args.report else { return Ok(()) };
     report.peak_memory_bytes = machine::peak_memory();
     let json = serde_json::to_string_pretty(report).map_err(Failure::failed)?;

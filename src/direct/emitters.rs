@@ -64,6 +64,10 @@ const NEAREST: f32 = 4.0;
 /// So does one that sees the emitter, head on, under a larger form factor.
 const LARGEST: f32 = 0.15;
 
+/// The same of a point, for which Lambert's formula is exact: it leaves to the rays those emitters
+/// of which they find much.
+const LARGEST_OF_POINT: f32 = 1.0;
+
 /// A triangle whose distance is below this many times the root of its area counts as near.
 const NEAR: f32 = 10.0;
 
@@ -141,6 +145,8 @@ pub struct Receiver {
     /// Farthest point from the centre, and the root of the area.
     radius: f32,
     size: f32,
+    /// Emitters seen under a larger form factor, head on, are left to the rays.
+    largest: f32,
     /// Tells receivers apart.
     seed: u64,
 }
@@ -191,6 +197,10 @@ struct Seen {
 }
 
 impl Seen {
+    fn and(self, other: Self) -> Self {
+        Self { kept: self.kept + other.kept, all: self.all + other.all }
+    }
+
     fn share(&self) -> Rgb {
         (self.kept / self.all.max(Rgb::splat(f64::MIN_POSITIVE))).min(Rgb::ONE)
     }
@@ -278,6 +288,7 @@ impl<'a> Emitters<'a> {
             bend: if patches.is_cluster(id) { BEND } else { 0.0 },
             radius: (radius / scale) as f32,
             size: (patches.area(id).sqrt() / scale) as f32,
+            largest: LARGEST,
             seed: u64::from(id.0),
         }
     }
@@ -293,6 +304,7 @@ impl<'a> Emitters<'a> {
             bend: 0.0,
             radius: 0.0,
             size: 0.0,
+            largest: LARGEST_OF_POINT,
             seed: seed ^ 1 << 63,
         }
     }
@@ -327,8 +339,52 @@ impl<'a> Emitters<'a> {
         room: &mut Room,
     ) -> DirectLight {
         let mut total = DirectLight::default();
+        self.each_group(receiver, room, |number, unoccluded, room| {
+            let mut seen = [[Seen::default(); 2]];
+            self.visible(receiver, number, &sample, room, PAIRS, &mut seen);
+            let [[a, b]] = seen;
+            total.irradiance += unoccluded * a.and(b).share();
+            for (half, seen) in total.halves.iter_mut().zip([a, b]) {
+                *half += unoccluded * seen.share();
+            }
+        });
+        total
+    }
+
+    /// The same as 2 `N` independent sequences of shadow rays give it: by all of them together, and by
+    /// each pair alone.
+    pub fn light_replicated<const N: usize>(
+        &self,
+        receiver: &Receiver,
+        sample: impl Fn(DVec2) -> ReceiverPoint,
+        room: &mut Room,
+    ) -> (Rgb, [[Rgb; 2]; N]) {
+        let mut total = (Rgb::ZERO, [[Rgb::ZERO; 2]; N]);
+        /// Share of the shadow rays that the first look takes: what it misses is an error unknown.
+        const LOOK: usize = 8;
+        let look = (self.options.shadow / LOOK).clamp(PAIRS, MOST_SHADOW);
+        self.each_group(receiver, room, |number, unoccluded, room| {
+            let mut seen = [[Seen::default(); 2]; N];
+            self.visible(receiver, number, &sample, room, look, &mut seen);
+            let all = seen.iter().flatten().fold(Seen::default(), |all, s| all.and(*s));
+            total.0 += unoccluded * all.share();
+            for (one, seen) in total.1.iter_mut().flatten().zip(seen.iter().flatten()) {
+                *one += unoccluded * seen.share();
+            }
+        });
+        total
+    }
+
+    /// Calls `found` for each group that would light the receiver if nothing stood between: its number
+    /// and the irradiance unoccluded.
+    fn each_group(
+        &self,
+        receiver: &Receiver,
+        room: &mut Room,
+        mut found: impl FnMut(usize, Rgb, &mut Room),
+    ) {
         if self.is_empty() || self.options.which == Apart::None {
-            return total;
+            return;
         }
         room.weights.resize(self.sources.len(), 0.0);
         let all = self.options.which == Apart::All;
@@ -339,17 +395,10 @@ impl<'a> Emitters<'a> {
                 continue;
             }
             let unoccluded = self.unoccluded(receiver, number, &room.weights);
-            if unoccluded == Rgb::ZERO {
-                continue;
-            }
-            let [a, b] = self.visible(receiver, number, &sample, room);
-            let both = Seen { kept: a.kept + b.kept, all: a.all + b.all };
-            total.irradiance += unoccluded * both.share();
-            for (half, seen) in total.halves.iter_mut().zip([a, b]) {
-                *half += unoccluded * seen.share();
+            if unoccluded != Rgb::ZERO {
+                found(number, unoccluded, room);
             }
         }
-        total
     }
 
     /// The same for a patch.
@@ -360,12 +409,18 @@ impl<'a> Emitters<'a> {
         id: PatchId,
         room: &mut Room,
     ) -> DirectLight {
-        let sample = |u| {
-            let p = patches.sample_own(id, u);
-            let g = self.geometry;
-            (p.position(g), g.normal(p.triangle, p.side), self.bvh.solid(p.triangle))
-        };
-        self.light(receiver, sample, room)
+        let g = self.geometry;
+        if patches.is_cluster(id) || patches.is_parted(id) {
+            let sample = |u| {
+                let p = patches.sample_own(id, u);
+                (p.position(g), g.normal(p.triangle, p.side), self.bvh.solid(p.triangle))
+            };
+            return self.light(receiver, sample, room);
+        }
+        let cell = patches.cell(id);
+        let corners = cell.corners(g);
+        let (normal, own) = (g.normal(cell.triangle, cell.side), self.bvh.solid(cell.triangle));
+        self.light(receiver, |u| (on_triangle(corners, u.x, u.y), normal, own), room)
     }
 
     /// Mean irradiance over the receiver from a group, as if nothing stood between.
@@ -398,29 +453,34 @@ impl<'a> Emitters<'a> {
         sum / points.len() as f64
     }
 
-    /// Sums over pairs of points on the receiver and on a group of emitters, for each half of the
-    /// pairs.
+    /// Adds up pairs of points on the receiver and on a group of emitters, for each half of each set of
+    /// pairs that is asked for. All sets decide together whether they need more than the first `look`.
     fn visible(
         &self,
         receiver: &Receiver,
         number: usize,
         sample: &impl Fn(DVec2) -> ReceiverPoint,
         room: &mut Room,
-    ) -> [Seen; 2] {
-        let mut halves = [Seen::default(); 2];
+        look: usize,
+        seen: &mut [[Seen; 2]],
+    ) {
         let (mut drawn, mut blocked) = (0, 0);
         let more = self.options.shadow.min(MOST_SHADOW).next_multiple_of(PAIRS);
         // The first pairs tell whether more are worth their while.
-        for (round, count) in [(0, PAIRS), (1, more)] {
-            self.draw(receiver, (number, round), count, sample, room);
-            for (lane, kernel) in room.kernels.iter().enumerate().filter(|k| *k.1 != Rgb::ZERO) {
-                let half = &mut halves[lane % 2];
-                half.all += *kernel;
-                drawn += 1;
-                if room.blocked[lane / LANES] >> (lane % LANES) & 1 == 0 {
-                    half.kept += *kernel;
-                } else {
-                    blocked += 1;
+        for (round, count) in [(0, look.next_multiple_of(PAIRS)), (1, more)] {
+            for (k, halves) in seen.iter_mut().enumerate() {
+                let seed = receiver.seed ^ (k as u64) << 48;
+                self.draw(seed, (number, round), count, sample, room);
+                let kernels = room.kernels.iter().enumerate();
+                for (lane, kernel) in kernels.filter(|k| *k.1 != Rgb::ZERO) {
+                    let half = &mut halves[lane % 2];
+                    half.all += *kernel;
+                    drawn += 1;
+                    if room.blocked[lane / LANES] >> (lane % LANES) & 1 == 0 {
+                        half.kept += *kernel;
+                    } else {
+                        blocked += 1;
+                    }
                 }
             }
             if round == 0 && (blocked == 0 || blocked == drawn) {
@@ -431,7 +491,6 @@ impl<'a> Emitters<'a> {
                 }
             }
         }
-        halves
     }
 
     /// How many segments there are between four outer points of the receiver and of a group that face
@@ -477,7 +536,7 @@ impl<'a> Emitters<'a> {
     /// Draws `count` pairs and traces the segments between them; even lanes are of the first half.
     fn draw(
         &self,
-        receiver: &Receiver,
+        seed: u64,
         (number, round): (usize, u64),
         count: usize,
         sample: &impl Fn(DVec2) -> ReceiverPoint,
@@ -491,7 +550,7 @@ impl<'a> Emitters<'a> {
         let each = count / 2;
         let sum: f64 = room.blocks.iter().map(|b| f64::from(*b)).sum();
         for half in 0..2 {
-            let seed = receiver.seed << 8 ^ (number as u64) << 2 ^ round << 1 ^ half as u64;
+            let seed = seed << 8 ^ (number as u64) << 2 ^ round << 1 ^ half as u64;
             let [s0, s1, s2, s3, s4] = shifts(seed);
             let (mut block, mut below) = (0, 0.0);
             for (i, pair) in self.pairs[half][..each].iter().enumerate() {
@@ -511,7 +570,10 @@ impl<'a> Emitters<'a> {
                     k += 1;
                 }
                 let weight = f64::from(room.weights[k]);
-                let wrapped = |p: f32, s: f64| (f64::from(p) + s).fract();
+                let wrapped = |p: f32, s: f64| {
+                    let x = f64::from(p) + s;
+                    if x < 1.0 { x } else { x - 1.0 }
+                };
                 let (from, normal, own) =
                     sample(DVec2::new(wrapped(pair[0], s1), wrapped(pair[1], s2)));
                 let to = self.on_source(k, wrapped(pair[2], s3), wrapped(pair[3], s4));
@@ -533,9 +595,7 @@ impl<'a> Emitters<'a> {
 
     /// A point of a source, uniform in area.
     fn on_source(&self, k: usize, u: f64, v: f64) -> DVec3 {
-        let [a, b, c] = self.sources[k].corners;
-        let (p, q) = if v > u { (0.5 * u, v - 0.5 * u) } else { (u - 0.5 * v, 0.5 * v) };
-        a + (b - a) * p + (c - a) * q
+        on_triangle(self.sources[k].corners, u, v)
     }
 
     /// Area of a source times the kernel between two points.
@@ -586,7 +646,7 @@ fn suitable(r: &Receiver, centre: [f32; 3], normal: [f32; 3], radius: f32, area:
     let height = (normal[0] * d[0] + normal[1] * d[1] + normal[2] * d[2]).abs();
     let clear = r.radius + NEAREST * r.size;
     let beyond = radius + clear;
-    ((height > clear) | (d2 > beyond * beyond)) & (area < LARGEST * std::f32::consts::PI * d2)
+    ((height > clear) | (d2 > beyond * beyond)) & (area < r.largest * std::f32::consts::PI * d2)
 }
 
 multiversion! {
@@ -786,6 +846,13 @@ fn grouped(g: &Geometry, sources: &mut [Source]) -> Vec<Range<usize>> {
         groups.insert(at + 1, middle..range.end);
     }
     groups
+}
+
+/// A point of a triangle, uniform in area (Heitz 2019, "A low-distortion map between triangle and
+/// square").
+fn on_triangle([a, b, c]: [DVec3; 3], u: f64, v: f64) -> DVec3 {
+    let (p, q) = if v > u { (0.5 * u, v - 0.5 * u) } else { (u - 0.5 * v, 0.5 * v) };
+    a + (b - a) * p + (c - a) * q
 }
 
 /// Five numbers in 0..1 that look random.

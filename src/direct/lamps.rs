@@ -63,6 +63,18 @@ pub fn from_lamps(scene: &Scene, patches: &Patches, bvh: &Bvh) -> Vec<Rgb> {
     direct
 }
 
+/// Irradiance from all lamps at a point (W/m² or lx), with shadows.
+pub(crate) fn lamps_at(scene: &Scene, bvh: &Bvh, position: DVec3, normal: DVec3) -> Rgb {
+    let receiver = [Receiver { position, normal, own: None }];
+    let light = |lamp: &Lamp| {
+        let (packet, [irradiance, ..]) = shine(lamp, &lamp.axes(scene.up), &receiver, bvh);
+        let mut blocked = [0];
+        bvh.blocked(&[packet], &mut blocked);
+        if blocked[0] == 0 { irradiance } else { Rgb::ZERO }
+    };
+    scene.lamps.iter().map(light).sum()
+}
+
 /// The points of a patch, at most [`POINTS`]: those of an even set that belong to it, or else its
 /// origin.
 fn receivers(scene: &Scene, patches: &Patches, bvh: &Bvh, id: PatchId) -> Vec<Receiver> {

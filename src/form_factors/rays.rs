@@ -55,7 +55,7 @@ pub struct Rays<'a> {
 
 /// Samples of rays before they are shifted.
 #[derive(Debug, Clone, Copy)]
-struct Block {
+pub(crate) struct Block {
     /// Where on the patch, in the unit square.
     area: [[f32; LANES]; 2],
     /// Square of the sine from the normal.
@@ -74,7 +74,7 @@ struct Scratch {
 
 /// What one row adds to its samples: everything uniform in 0..1.
 #[derive(Debug, Clone, Copy)]
-struct Shift {
+pub(crate) struct Shift {
     area: [f32; 2],
     slope: f32,
     /// Cosine and sine of the turn about the normal.
@@ -144,11 +144,11 @@ impl Engine for Rays<'_> {
 }
 
 /// `rays` samples of a sequence of their own, in the order of their directions.
-fn blocks(rays: usize, seed: u32) -> Vec<Block> {
+pub(crate) fn blocks(rays: usize, seed: u32) -> Vec<Block> {
     let mut samples: Vec<[f32; 4]> =
         (0..rays as u32).map(|i| sobol_burley::sample_4d(i, 0, seed)).collect();
     let code = |s: &[f32; 4]| morton(s[2]) | morton(s[3]) << 1;
-    samples.sort_by(|a, b| code(a).cmp(&code(b)));
+    samples.sort_by_key(code);
     samples
         .chunks_exact(LANES)
         .map(|samples| {
@@ -172,10 +172,10 @@ fn morton(x: f32) -> u32 {
     x
 }
 
-/// The shift of one patch's rays in one half.
-fn shift(id: PatchId, half: u32, seed: u32) -> Shift {
+/// The shift of one set of rays; other seeds give others.
+pub(crate) fn shift(seed: u64) -> Shift {
     // SplitMix64 (Steele, Lea & Flood 2014).
-    let mut state = u64::from(id.0) << 32 | u64::from(seed.wrapping_mul(2).wrapping_add(half));
+    let mut state = seed;
     let mut next = || {
         state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = state;
@@ -188,7 +188,7 @@ fn shift(id: PatchId, half: u32, seed: u32) -> Shift {
 }
 
 multiversion! {
-    fn aim(
+    pub(crate) fn aim(
         blocks: &[Block],
         shift: Shift,
         origin: [Vec3; 3],
@@ -276,7 +276,8 @@ fn make_row(engine: &Rays<'_>, id: PatchId, scratch: &mut Scratch, row: &mut Row
     row.columns.reserve(rays);
     let (mut escaped, mut behind) = (0_u32, 0_u32);
     for (half, blocks) in engine.halves.iter().enumerate() {
-        let shift = shift(id, half as u32, engine.seed);
+        let seed = engine.seed.wrapping_mul(2).wrapping_add(half as u32);
+        let shift = shift(u64::from(id.0) << 32 | u64::from(seed));
         let packets = &mut scratch.packets[..blocks.len()];
         if one_by_one {
             for (block, packet) in blocks.iter().zip(packets.iter_mut()) {

@@ -170,6 +170,12 @@ impl Bvh {
         self.radius
     }
 
+    /// The point (m) that the coordinates of packets are centred on.
+    #[must_use]
+    pub fn center(&self) -> DVec3 {
+        self.centre
+    }
+
     /// Bytes of memory that it takes.
     #[must_use]
     pub fn bytes(&self) -> u64 {

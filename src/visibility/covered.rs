@@ -80,7 +80,7 @@ pub fn covered_triangles(geometry: &Geometry, most: usize) -> Vec<TriangleId> {
 #[must_use]
 pub fn uncover(geometry: &Geometry, patches: Patches, bvh: &Bvh) -> Patches {
     let near: Vec<PatchId> = patches.ids().filter(|&i| patches.has_contact(i)).collect();
-    let covered = |p: SurfacePoint| is_covered(geometry, &bvh, p);
+    let covered = |p: SurfacePoint| is_covered(geometry, bvh, p);
     let origins: HashMap<PatchId, SurfacePoint> = near
         .into_par_iter()
         .filter(|&i| covered(patches.center(i)))

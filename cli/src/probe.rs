@@ -1,0 +1,153 @@
+//! `hemicube probe`: irradiance at points, as a table.
+
+use std::io::Read;
+use std::path::Path;
+use std::time::Instant;
+
+use hemicube::export::write_whole;
+use hemicube::gather::{Estimate, GatherOptions, Gatherer, Place};
+use hemicube::patches::Patches;
+use hemicube::progress::Progress;
+use hemicube::report::Stage;
+use hemicube::scene::{Scene, luminance};
+use hemicube::solution::MANY_SIDES;
+use hemicube::visibility::Bvh;
+
+use crate::args::{ClusterArg, EngineArg, Light, Probe};
+use crate::failure::Failure;
+use crate::input;
+use crate::points::{self, Table, error, number};
+use crate::render::{ensure_folder, lit, say_details, set_threads, write_report};
+use crate::terminal::{Bar, catch_interrupts, print, say};
+
+/// Number of patches aimed at, beyond one a side of each source triangle. Points average over what they
+/// see, and the noise of patches with it; the size of patches beside a contact they do not.
+const PATCHES: u64 = 40_000;
+
+/// Rays a row, for the same reason fewer.
+const SAMPLES: usize = 512;
+
+/// Runs the command.
+pub fn run(args: &Probe) -> Result<(), Failure> {
+    catch_interrupts();
+    set_threads(args.light.threads)?;
+    for file in [&args.output, &args.light.report].into_iter().flatten() {
+        ensure_folder(file)?;
+    }
+    let table = table(args)?;
+    let scene = input::read(&args.input)?;
+    let quiet = args.light.quiet;
+    input::say_findings(&scene, quiet);
+    ensure_lit(&scene)?;
+    let bar = Bar::new(quiet);
+    let mut solution = lit(&scene, &light_of(args, &scene), &bar)?;
+
+    let start = Instant::now();
+    let field = solution.field(&scene);
+    let bvh = Bvh::new(&scene.geometry);
+    let seed = args.light.seed.unwrap_or_default();
+    let options = GatherOptions { samples: args.rays, seed, ..GatherOptions::default() };
+    let gatherer = Gatherer::new(&scene, &solution, &field, &bvh, options);
+    bar.stage("points", table.probes.len() as u64);
+    let found = gatherer.all(&table.probes, &bar).ok_or(Failure::Cancelled)?;
+    bar.finish();
+    let seconds = start.elapsed().as_secs_f64();
+    let text = table.with(&found);
+    match &args.output {
+        Some(path) => {
+            write_whole(path, text.as_bytes()).map_err(Failure::failed)?;
+            print(&path.display().to_string());
+        }
+        None => print(text.trim_end()),
+    }
+    solution.report.stages.push(Stage { name: "points", seconds });
+    if !quiet {
+        say(&summary(&found));
+    }
+    if args.light.verbose {
+        say_details(&solution.report);
+    }
+    write_report(&mut solution.report, &args.light)
+}
+
+/// How the scene is lit, where the command line leaves it open.
+fn light_of(args: &Probe, scene: &Scene) -> Light {
+    let mut light = args.light.clone();
+    let rays = light.engine() == EngineArg::Rays;
+    // Large models may have their triangles joined, which says how large patches are.
+    let small = scene.geometry.len() as u64 <= MANY_SIDES / 2 && light.cluster != ClusterArg::On;
+    if rays {
+        light.samples.get_or_insert(SAMPLES);
+        if small && light.max_factor.is_none() {
+            light.patch_size.get_or_insert(Patches::area_adding(&scene.geometry, PATCHES));
+        }
+    }
+    light
+}
+
+/// The points asked for.
+fn table(args: &Probe) -> Result<Table, Failure> {
+    if let Some(grid) = &args.grid {
+        return points::grid(grid).map_err(Failure::Input);
+    }
+    let path = args.points.as_deref().unwrap_or(Path::new("-"));
+    let (name, bytes) = if path == Path::new("-") {
+        let mut bytes = Vec::new();
+        let read = std::io::stdin().lock().read_to_end(&mut bytes);
+        (String::from("stdin"), read.map(|_| bytes))
+    } else {
+        (path.display().to_string(), std::fs::read(path))
+    };
+    let bytes = bytes.map_err(|e| Failure::Input(format!("{name}: {e}")))?;
+    let text = String::from_utf8(bytes)
+        .map_err(|_| Failure::Input(format!("{name}: is not text in UTF-8; save it as CSV")))?;
+    points::read(&name, &text).map_err(Failure::Input)
+}
+
+/// Refuses a scene without light: figures from an assumed sky would mean nothing.
+fn ensure_lit(scene: &Scene) -> Result<(), Failure> {
+    if scene.optics.emits() || !scene.lamps.is_empty() || scene.sky != glam::DVec3::ZERO {
+        return Ok(());
+    }
+    Err(Failure::Input(format!(
+        "{}: nothing emits light; give --sky 1,1,1 or let a material emit, for example --emission \
+         \"{}=10,10,10\"; the materials are {}",
+        scene.name,
+        scene.optics.materials.first().map_or("NAME", |m| &m.name),
+        input::material_names(scene)
+    )))
+}
+
+/// What people ask of a work plane, in a line.
+fn summary(found: &[Estimate]) -> String {
+    let free: Vec<f64> =
+        found.iter().filter(|e| e.place == Place::Free).map(|e| luminance(e.irradiance)).collect();
+    let count = |place| found.iter().filter(|e| e.place == place).count();
+    let mut line = format!("{} points", free.len());
+    if !free.is_empty() {
+        let mean = free.iter().sum::<f64>() / free.len() as f64;
+        let low = free.iter().copied().fold(f64::INFINITY, f64::min);
+        let high = free.iter().copied().fold(0.0, f64::max);
+        let worst = found.iter().filter(|e| e.place == Place::Free).map(error).fold(0.0, f64::max);
+        line += &format!(
+            ": mean {}, min {}, max {}, uniformity {:.3} (min/mean), error at most {}",
+            number(mean),
+            number(low),
+            number(high),
+            if mean > 0.0 { low / mean } else { 0.0 },
+            number(worst)
+        );
+    }
+    let dark = free.iter().filter(|e| **e == 0.0).count();
+    if dark > 0 {
+        line += &format!("; {dark} get no light: see whether they are in the scene, in metres");
+    }
+    for (place, what) in
+        [(Place::Covered, "inside solids (covered)"), (Place::OnEmitter, "on emitters")]
+    {
+        if count(place) > 0 {
+            line += &format!("; {} {what} left out", count(place));
+        }
+    }
+    line
+}
