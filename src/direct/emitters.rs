@@ -18,6 +18,10 @@
 //! techniques for direct lighting calculations"), so that thousands of emitting triangles cost no more
 //! than a few; where the first pairs neither all see each other nor all do not, more are drawn.
 
+mod lanes;
+mod pairs;
+mod sources;
+
 use std::f64::consts::PI;
 use std::ops::Range;
 
@@ -25,8 +29,12 @@ use glam::{DVec2, DVec3, Vec3};
 
 use crate::form_factors::kernel::point_to_polygon;
 use crate::patches::{PatchId, Patches, SurfacePoint, side_index};
-use crate::scene::{Geometry, Optics, Rgb, Side, TriangleId, luminance};
-use crate::visibility::{Bvh, LANES, NOTHING, Packet, multiversion};
+use crate::scene::{Geometry, Optics, Rgb, Side};
+use crate::visibility::{Bvh, NOTHING};
+use lanes::{Lanes, Units, add_blocks, add_far, suitable, weigh};
+pub use pairs::{MOST_SHADOW, Room};
+use pairs::{PAIRS, Seen, on_triangle};
+use sources::{Source, grouped, sphere, unit_of};
 
 /// How direct light is set apart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -58,27 +66,12 @@ pub enum Apart {
     None,
 }
 
-/// A receiver nearer than this many times its own size to an emitter leaves it to the rays.
-const NEAREST: f32 = 4.0;
-
-/// So does one that sees the emitter, head on, under a larger form factor.
+/// A receiver that sees an emitter, head on, under a larger form factor leaves it to the rays.
 const LARGEST: f32 = 0.15;
 
 /// The same of a point, for which Lambert's formula is exact: it leaves to the rays those emitters
 /// of which they find much.
 const LARGEST_OF_POINT: f32 = 1.0;
-
-/// A triangle whose distance is below this many times the root of its area counts as near.
-const NEAR: f32 = 10.0;
-
-/// Groups of emitters whose visible shares are told apart.
-const MOST_GROUPS: usize = 64;
-
-/// Pairs drawn at first: half of them from each of two independent sequences.
-const PAIRS: usize = LANES;
-
-/// Most shadow rays a group of emitters and receiver.
-pub const MOST_SHADOW: usize = 4096;
 
 /// Emitting sides of a scene.
 pub struct Emitters<'a> {
@@ -95,40 +88,6 @@ pub struct Emitters<'a> {
     source_of: Vec<u32>,
     /// Points in the unit squares of receiver and emitter, for each of two sequences.
     pairs: [Vec<[f32; 4]>; 2],
-}
-
-/// One emitting side.
-#[derive(Debug, Clone, Copy)]
-struct Source {
-    triangle: TriangleId,
-    side: Side,
-    radiance: Rgb,
-    corners: [DVec3; 3],
-    normal: DVec3,
-    area: f64,
-}
-
-/// What a first look at all sources needs, in coordinates of the hierarchy.
-#[derive(Debug, Clone, Default)]
-struct Lanes {
-    centre: [Vec<f32>; 3],
-    normal: [Vec<f32>; 3],
-    radiance: [Vec<f32>; 3],
-    area: Vec<f32>,
-    /// Of the farthest corner from the centre.
-    radius: Vec<f32>,
-    luminance: Vec<f32>,
-    /// What sets a source apart: of the patch that it belongs to, if that is a cluster, else its own.
-    units: Units,
-}
-
-/// Centre, normal (zero if it is not flat), radius and area of emitters that are set apart as one.
-#[derive(Debug, Clone, Default)]
-struct Units {
-    centre: [Vec<f32>; 3],
-    normal: [Vec<f32>; 3],
-    radius: Vec<f32>,
-    area: Vec<f32>,
 }
 
 /// Where direct light is wanted: all over a patch, or at a point.
@@ -175,34 +134,6 @@ impl std::ops::AddAssign<Rgb> for DirectLight {
     fn add_assign(&mut self, more: Rgb) {
         self.irradiance += more;
         self.halves.iter_mut().for_each(|h| *h += more);
-    }
-}
-
-/// Room for one receiver's work; reused.
-#[derive(Debug, Default)]
-pub struct Room {
-    weights: Vec<f32>,
-    /// Sums of each 16 weights of a group.
-    blocks: Vec<f32>,
-    packets: Vec<Packet>,
-    kernels: Vec<Rgb>,
-    blocked: Vec<u16>,
-}
-
-/// Sums of kernels over pairs: those that see each other, and all.
-#[derive(Debug, Clone, Copy, Default)]
-struct Seen {
-    kept: Rgb,
-    all: Rgb,
-}
-
-impl Seen {
-    fn and(self, other: Self) -> Self {
-        Self { kept: self.kept + other.kept, all: self.all + other.all }
-    }
-
-    fn share(&self) -> Rgb {
-        (self.kept / self.all.max(Rgb::splat(f64::MIN_POSITIVE))).min(Rgb::ONE)
     }
 }
 
@@ -452,320 +383,6 @@ impl<'a> Emitters<'a> {
         }
         sum / points.len() as f64
     }
-
-    /// Adds up pairs of points on the receiver and on a group of emitters, for each half of each set of
-    /// pairs that is asked for. All sets decide together whether they need more than the first `look`.
-    fn visible(
-        &self,
-        receiver: &Receiver,
-        number: usize,
-        sample: &impl Fn(DVec2) -> ReceiverPoint,
-        room: &mut Room,
-        look: usize,
-        seen: &mut [[Seen; 2]],
-    ) {
-        let (mut drawn, mut blocked) = (0, 0);
-        let more = self.options.shadow.min(MOST_SHADOW).next_multiple_of(PAIRS);
-        // The first pairs tell whether more are worth their while.
-        for (round, count) in [(0, look.next_multiple_of(PAIRS)), (1, more)] {
-            for (k, halves) in seen.iter_mut().enumerate() {
-                let seed = receiver.seed ^ (k as u64) << 48;
-                self.draw(seed, (number, round), count, sample, room);
-                let kernels = room.kernels.iter().enumerate();
-                for (lane, kernel) in kernels.filter(|k| *k.1 != Rgb::ZERO) {
-                    let half = &mut halves[lane % 2];
-                    half.all += *kernel;
-                    drawn += 1;
-                    if room.blocked[lane / LANES] >> (lane % LANES) & 1 == 0 {
-                        half.kept += *kernel;
-                    } else {
-                        blocked += 1;
-                    }
-                }
-            }
-            if round == 0 && (blocked == 0 || blocked == drawn) {
-                // What is hidden in part is seldom hidden in the middle alone.
-                let (outer, hidden) = self.between_corners(number, sample, room);
-                if blocked == 0 && hidden == 0 || blocked > 0 && hidden == outer {
-                    break;
-                }
-            }
-        }
-    }
-
-    /// How many segments there are between four outer points of the receiver and of a group that face
-    /// each other, and how many of them are blocked.
-    fn between_corners(
-        &self,
-        number: usize,
-        sample: &impl Fn(DVec2) -> ReceiverPoint,
-        room: &mut Room,
-    ) -> (u32, u32) {
-        /// Corners of the unit square, drawn in a little.
-        const OUTER: [DVec2; 4] = [
-            DVec2::new(0.03, 0.03),
-            DVec2::new(0.97, 0.03),
-            DVec2::new(0.03, 0.97),
-            DVec2::new(0.97, 0.97),
-        ];
-        /// Corners of four triangles spread over a group: for two halves of a rectangle, all of its.
-        const CORNERS: [usize; 4] = [0, 1, 1, 2];
-        /// Share of the way from a corner to the middle of its triangle.
-        const INSET: f64 = 0.05;
-        let group = self.groups[number].clone();
-        let mut packet = Packet::EMPTY;
-        let mut aimed = 0_u32;
-        for (i, u) in OUTER.into_iter().enumerate() {
-            let (from, normal, own) = sample(u);
-            for (j, corner) in CORNERS.into_iter().enumerate() {
-                let k = group.start + (2 * j + 1) * group.len() / 8;
-                let corners = self.sources[k].corners;
-                let to = corners[corner].lerp(corners.iter().sum::<DVec3>() / 3.0, INSET);
-                if room.weights[k] > 0.0 && self.kernel(k, from, normal, to) > 0.0 {
-                    let start = self.bvh.local(from);
-                    packet.set(4 * i + j, start, self.bvh.local(to) - start, 1.0, own);
-                    aimed |= 1 << (4 * i + j);
-                }
-            }
-        }
-        let mut hidden = [0];
-        self.bvh.blocked(&[packet], &mut hidden);
-        (aimed.count_ones(), (u32::from(hidden[0]) & aimed).count_ones())
-    }
-
-    /// Draws `count` pairs and traces the segments between them; even lanes are of the first half.
-    fn draw(
-        &self,
-        seed: u64,
-        (number, round): (usize, u64),
-        count: usize,
-        sample: &impl Fn(DVec2) -> ReceiverPoint,
-        room: &mut Room,
-    ) {
-        let group = self.groups[number].clone();
-        room.packets.clear();
-        room.packets.resize(count / LANES, Packet::EMPTY);
-        room.kernels.clear();
-        room.kernels.resize(count, Rgb::ZERO);
-        let each = count / 2;
-        let sum: f64 = room.blocks.iter().map(|b| f64::from(*b)).sum();
-        for half in 0..2 {
-            let seed = seed << 8 ^ (number as u64) << 2 ^ round << 1 ^ half as u64;
-            let [s0, s1, s2, s3, s4] = shifts(seed);
-            let (mut block, mut below) = (0, 0.0);
-            for (i, pair) in self.pairs[half][..each].iter().enumerate() {
-                // One in each of so many equal parts of the sum, in order.
-                let target = (i as f64 + s0) / each as f64 * sum;
-                while block + 1 < room.blocks.len()
-                    && below + f64::from(room.blocks[block]) <= target
-                {
-                    below += f64::from(room.blocks[block]);
-                    block += 1;
-                }
-                let mut k = group.start + block * LANES;
-                let end = group.end.min(k + LANES);
-                let mut rest = target - below;
-                while k + 1 < end && f64::from(room.weights[k]) <= rest {
-                    rest -= f64::from(room.weights[k]);
-                    k += 1;
-                }
-                let weight = f64::from(room.weights[k]);
-                let wrapped = |p: f32, s: f64| {
-                    let x = f64::from(p) + s;
-                    if x < 1.0 { x } else { x - 1.0 }
-                };
-                let (from, normal, own) =
-                    sample(DVec2::new(wrapped(pair[0], s1), wrapped(pair[1], s2)));
-                let to = self.on_source(k, wrapped(pair[2], s3), wrapped(pair[3], s4));
-                let kernel = self.kernel(k, from, normal, to);
-                if kernel <= 0.0 || weight <= 0.0 {
-                    continue;
-                }
-                let lane = 2 * i + half;
-                let start = self.bvh.local(from);
-                let way = self.bvh.local(to) - start;
-                room.packets[lane / LANES].set(lane % LANES, start, way, 1.0, own);
-                room.kernels[lane] = self.sources[k].radiance * (kernel / weight);
-            }
-        }
-        room.blocked.clear();
-        room.blocked.resize(count / LANES, 0);
-        self.bvh.blocked(&room.packets, &mut room.blocked);
-    }
-
-    /// A point of a source, uniform in area.
-    fn on_source(&self, k: usize, u: f64, v: f64) -> DVec3 {
-        on_triangle(self.sources[k].corners, u, v)
-    }
-
-    /// Area of a source times the kernel between two points.
-    fn kernel(&self, k: usize, from: DVec3, normal: DVec3, to: DVec3) -> f64 {
-        let s = &self.sources[k];
-        let way = to - from;
-        let r2 = way.length_squared();
-        let (here, there) = (normal.dot(way), -s.normal.dot(way));
-        if here > 0.0 && there > 0.0 && r2 > 0.0 {
-            s.area * here * there / (PI * r2 * r2)
-        } else {
-            0.0
-        }
-    }
-}
-
-impl Lanes {
-    fn push(&mut self, bvh: &Bvh, s: &Source, unit: &Unit) {
-        let (centre, radius) = sphere(&s.corners);
-        let (centre, at, scale) = (bvh.local(centre), bvh.local(unit.centre), bvh.scale());
-        for axis in 0..3 {
-            self.centre[axis].push(centre[axis]);
-            self.normal[axis].push(s.normal[axis] as f32);
-            self.units.centre[axis].push(at[axis]);
-            self.units.normal[axis].push(unit.normal[axis] as f32);
-            self.radiance[axis].push(s.radiance[axis] as f32);
-        }
-        self.area.push((s.area / (scale * scale)) as f32);
-        self.radius.push((radius / scale) as f32);
-        self.units.radius.push((unit.radius / scale) as f32);
-        self.units.area.push((unit.area / (scale * scale)) as f32);
-        self.luminance.push(luminance(s.radiance).max(s.radiance.max_element() * 1e-3) as f32);
-    }
-
-    /// Whether a source is so near to a point that its centre cannot stand for it.
-    fn is_near(&self, k: usize, at: Vec3) -> bool {
-        let d = Vec3::new(self.centre[0][k], self.centre[1][k], self.centre[2][k]) - at;
-        d.length_squared() < NEAR * NEAR * self.area[k]
-    }
-}
-
-/// Whether an emitter is neither too near nor too large for a receiver.
-#[inline(always)]
-fn suitable(r: &Receiver, centre: [f32; 3], normal: [f32; 3], radius: f32, area: f32) -> bool {
-    let d = [centre[0] - r.centre.x, centre[1] - r.centre.y, centre[2] - r.centre.z];
-    let d2 = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-    // The emitter is no nearer than its plane, nor than a ball about it.
-    let height = (normal[0] * d[0] + normal[1] * d[1] + normal[2] * d[2]).abs();
-    let clear = r.radius + NEAREST * r.size;
-    let beyond = radius + clear;
-    ((height > clear) | (d2 > beyond * beyond)) & (area < r.largest * std::f32::consts::PI * d2)
-}
-
-multiversion! {
-    fn weigh(lanes: &Lanes, receiver: &Receiver, all: bool, weights: &mut [f32]) = weigh_kernel
-}
-
-/// About what each source may send to a receiver at most: zero only for those that send nothing or
-/// are not set apart.
-#[inline(always)]
-fn weigh_kernel(lanes: &Lanes, r: &Receiver, all: bool, weights: &mut [f32]) {
-    let n = weights.len();
-    let [x, y, z] = lanes.centre.each_ref().map(|v| &v[..n]);
-    let [nx, ny, nz] = lanes.normal.each_ref().map(|v| &v[..n]);
-    let (area, radius, bright) = (&lanes.area[..n], &lanes.radius[..n], &lanes.luminance[..n]);
-    let units = &lanes.units;
-    let [ux, uy, uz] = units.centre.each_ref().map(|v| &v[..n]);
-    let [mx, my, mz] = units.normal.each_ref().map(|v| &v[..n]);
-    let (unit_radius, unit_area) = (&units.radius[..n], &units.area[..n]);
-    for k in 0..n {
-        let (dx, dy, dz) = (x[k] - r.centre.x, y[k] - r.centre.y, z[k] - r.centre.z);
-        let reach = r.radius + radius[k];
-        let d2 = dx * dx + dy * dy + dz * dz + reach * reach;
-        let here = r.normal.x * dx + r.normal.y * dy + r.normal.z * dz + reach + r.bend * d2.sqrt();
-        let there = reach - (nx[k] * dx + ny[k] * dy + nz[k] * dz);
-        let most = bright[k] * area[k] * (here.max(0.0) * there.max(0.0)) / (d2 * d2);
-        let (centre, normal) = ([ux[k], uy[k], uz[k]], [mx[k], my[k], mz[k]]);
-        let apart = all | suitable(r, centre, normal, unit_radius[k], unit_area[k]);
-        weights[k] = if apart { most } else { 0.0 };
-    }
-}
-
-multiversion! {
-    fn add_blocks(weights: &[f32], blocks: &mut Vec<f32>) = add_blocks_kernel
-}
-
-/// Sums of each 16 weights.
-#[inline(always)]
-fn add_blocks_kernel(weights: &[f32], blocks: &mut Vec<f32>) {
-    blocks.clear();
-    let (whole, rest) = weights.as_chunks::<LANES>();
-    blocks.extend(whole.iter().map(|block| {
-        let mut four = [0.0; 4];
-        for (k, w) in block.iter().enumerate() {
-            four[k % 4] += w;
-        }
-        (four[0] + four[1]) + (four[2] + four[3])
-    }));
-    if !rest.is_empty() {
-        blocks.push(rest.iter().sum());
-    }
-}
-
-multiversion! {
-    fn add_far(
-        lanes: &Lanes,
-        group: Range<usize>,
-        weights: &[f32],
-        at: Vec3,
-        normal: Vec3,
-        sum: &mut [f32; 3],
-        some_near: &mut bool,
-    ) = add_far_kernel
-}
-
-/// Irradiance at a point from the sources of a group that are far from it, by their centres, and
-/// whether some are near.
-#[inline(always)]
-fn add_far_kernel(
-    lanes: &Lanes,
-    group: Range<usize>,
-    weights: &[f32],
-    at: Vec3,
-    normal: Vec3,
-    sum: &mut [f32; 3],
-    some_near: &mut bool,
-) {
-    let n = group.len();
-    let [x, y, z] = lanes.centre.each_ref().map(|v| &v[group.clone()][..n]);
-    let [nx, ny, nz] = lanes.normal.each_ref().map(|v| &v[group.clone()][..n]);
-    let [red, green, blue] = lanes.radiance.each_ref().map(|v| &v[group.clone()][..n]);
-    let (area, weights) = (&lanes.area[group.clone()][..n], &weights[group][..n]);
-    let (mut sums, mut near) = ([[0.0_f32; LANES]; 3], [0_u32; LANES]);
-    let whole = n / LANES * LANES;
-    for block in (0..whole).step_by(LANES) {
-        for l in 0..LANES {
-            let k = block + l;
-            let d = [x[k] - at.x, y[k] - at.y, z[k] - at.z];
-            let (factor, is_near) =
-                far_factor(d, [nx[k], ny[k], nz[k]], normal, area[k], weights[k]);
-            near[l] |= is_near;
-            sums[0][l] += factor * red[k];
-            sums[1][l] += factor * green[k];
-            sums[2][l] += factor * blue[k];
-        }
-    }
-    for k in whole..n {
-        let d = [x[k] - at.x, y[k] - at.y, z[k] - at.z];
-        let (factor, is_near) = far_factor(d, [nx[k], ny[k], nz[k]], normal, area[k], weights[k]);
-        near[0] |= is_near;
-        sums[0][0] += factor * red[k];
-        sums[1][0] += factor * green[k];
-        sums[2][0] += factor * blue[k];
-    }
-    for (sum, lanes) in sum.iter_mut().zip(sums) {
-        *sum = lanes.iter().sum();
-    }
-    *some_near = near.iter().any(|n| *n != 0);
-}
-
-/// π times the form factor from a point to a source by its centre, 0 if it is not set apart or near;
-/// and 1 if it is near.
-#[inline(always)]
-fn far_factor(d: [f32; 3], source: [f32; 3], normal: Vec3, area: f32, weight: f32) -> (f32, u32) {
-    let d2 = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-    let here = (normal.x * d[0] + normal.y * d[1] + normal.z * d[2]).max(0.0);
-    let there = (-(source[0] * d[0] + source[1] * d[1] + source[2] * d[2])).max(0.0);
-    let (counts, far) = (weight > 0.0, d2 >= NEAR * NEAR * area);
-    let factor = area * here * there / (d2 * d2);
-    (if counts & far { factor } else { 0.0 }, u32::from(counts & !far))
 }
 
 /// Points that stand for a patch: the centroids of its four parts, or some of a cluster.
@@ -776,94 +393,4 @@ fn receiving_points(patches: &Patches, id: PatchId) -> Vec<SurfacePoint> {
     }
     let third = DVec3::splat(1.0 / 3.0);
     patches.cell(id).children().map(|part| part.point(third)).to_vec()
-}
-
-/// Emitters that are set apart as one.
-struct Unit {
-    centre: DVec3,
-    normal: DVec3,
-    radius: f64,
-    area: f64,
-}
-
-/// The patch that a source is known by: its cluster, or itself.
-fn unit_of(g: &Geometry, patches: &Patches, s: &Source) -> Unit {
-    let cluster = patches.of_side(s.triangle, s.side).next().filter(|&i| patches.is_cluster(i));
-    match cluster {
-        Some(id) => {
-            let members = patches.members(id).iter();
-            let (centre, radius) = sphere(&members.flat_map(|&t| g.corners(t)).collect::<Vec<_>>());
-            Unit { centre, normal: DVec3::ZERO, radius, area: patches.area(id) }
-        }
-        None => {
-            let (centre, radius) = sphere(&s.corners);
-            Unit { centre, normal: s.normal, radius, area: s.area }
-        }
-    }
-}
-
-/// A sphere about points: their mean, and the distance of the farthest.
-fn sphere(points: &[DVec3]) -> (DVec3, f64) {
-    let centre = points.iter().sum::<DVec3>() / points.len().max(1) as f64;
-    (centre, points.iter().map(|c| (*c - centre).length()).fold(0.0, f64::max))
-}
-
-/// Sorts sources into groups of neighbours: surfaces if they are few, else halves of halves.
-fn grouped(g: &Geometry, sources: &mut [Source]) -> Vec<Range<usize>> {
-    if sources.is_empty() {
-        return Vec::new();
-    }
-    let surface = |s: &Source| g.surface_of.get(s.triangle.index()).copied().unwrap_or(0);
-    sources.sort_by_key(|s| (surface(s), s.triangle, s.side as u8));
-    let mut groups: Vec<Range<usize>> = Vec::new();
-    for (k, s) in sources.iter().enumerate() {
-        match groups.last_mut() {
-            Some(last) if surface(&sources[last.start]) == surface(s) => last.end = k + 1,
-            _ => groups.push(k..k + 1),
-        }
-    }
-    if groups.len() <= MOST_GROUPS {
-        return groups;
-    }
-    let centre = |s: &Source| s.corners.iter().sum::<DVec3>();
-    groups = std::iter::once(0..sources.len()).collect();
-    while groups.len() < MOST_GROUPS {
-        let largest = (0..groups.len()).max_by_key(|&i| (groups[i].len(), groups.len() - i));
-        let Some(at) = largest.filter(|&i| groups[i].len() > 1) else { break };
-        let range = groups[at].clone();
-        let part = &mut sources[range.clone()];
-        let (low, high) = part
-            .iter()
-            .map(centre)
-            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lo, hi), c| (lo.min(c), hi.max(c)));
-        let extent = high - low;
-        let axis = (0..3).max_by(|&a, &b| extent[a].total_cmp(&extent[b])).unwrap_or(0);
-        part.sort_by(|a, b| {
-            centre(a)[axis].total_cmp(&centre(b)[axis]).then(a.triangle.cmp(&b.triangle))
-        });
-        let middle = range.start + range.len() / 2;
-        groups[at] = range.start..middle;
-        groups.insert(at + 1, middle..range.end);
-    }
-    groups
-}
-
-/// A point of a triangle, uniform in area (Heitz 2019, "A low-distortion map between triangle and
-/// square").
-fn on_triangle([a, b, c]: [DVec3; 3], u: f64, v: f64) -> DVec3 {
-    let (p, q) = if v > u { (0.5 * u, v - 0.5 * u) } else { (u - 0.5 * v, 0.5 * v) };
-    a + (b - a) * p + (c - a) * q
-}
-
-/// Five numbers in 0..1 that look random.
-fn shifts(seed: u64) -> [f64; 5] {
-    // SplitMix64 (Steele, Lea & Flood 2014).
-    let mut state = seed.wrapping_mul(0xd134_2543_de82_ef95);
-    std::array::from_fn(|_| {
-        state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = state;
-        z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ z >> 31) >> 11) as f64 / (1_u64 << 53) as f64
-    })
 }
