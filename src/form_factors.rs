@@ -27,4 +27,6 @@ pub use hemicube_gpu::{AdapterReport, Gpu, GpuError, GpuSeconds, HemicubeGpu};
 pub use lit::assemble_lit;
 pub use rays::{Rays, RaysOptions};
 pub use rows::{Engine, EngineError, Row, RowSink, SinkError, Weights};
-pub use stored::{AssembleError, BLOCK, FormFactors, Merger, RowAccount, assemble, entry_bytes};
+pub use stored::{
+    AssembleError, BLOCK, FormFactors, Merger, RowAccount, Values, assemble, entry_bytes,
+};

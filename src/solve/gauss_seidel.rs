@@ -54,15 +54,15 @@ pub(super) fn solve(
 /// One sweep over all patches.
 fn sweep(system: &System<'_>, before: &[Rgb]) -> Vec<Rgb> {
     let mut h = before.to_vec();
-    let mut reflected = system.reflected(&h);
+    let mut reflected = system.factors.values(|i| system.reflected(&h, i));
     for start in (0..h.len()).step_by(BLOCK) {
         let end = h.len().min(start + BLOCK);
         h[start..end].par_iter_mut().enumerate().for_each(|(k, h)| {
             let i = start + k;
-            *h = system.direct[i] + system.factors.gather(PatchId(i as u32), &reflected);
+            *h = system.direct[i] + system.factors.gather_values(PatchId(i as u32), &reflected);
         });
         for i in start..end {
-            reflected[i] = system.rho[i] * h[i];
+            reflected.set(i, system.reflected(&h, i));
         }
     }
     h
@@ -125,9 +125,12 @@ fn least_squares(past: &VecDeque<(Vec<Rgb>, Vec<Rgb>)>, change: &[Rgb]) -> Vec<R
             if norm[c] > 1e-14 * size[c] { norm[c].sqrt().recip() } else { 0.0 }
         }));
         vector.par_iter_mut().for_each(|v| *v *= new);
-        upper[k][k] = Rgb::from_array(std::array::from_fn(|c| {
-            if new[c] > 0.0 { new[c].recip() } else { 0.0 }
-        }));
+        upper[k][k] =
+            Rgb::from_array(std::array::from_fn(
+                |c| {
+                    if new[c] > 0.0 { new[c].recip() } else { 0.0 }
+                },
+            ));
         parts[k] = dot(&vector, &rest);
         let part = parts[k];
         rest.par_iter_mut().zip(&vector).for_each(|(r, v)| *r -= *v * part);
