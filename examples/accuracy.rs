@@ -3,7 +3,7 @@
 //! `cargo run --release --example accuracy -- SCENE AREA [SAMPLES [SHADOW [PATCHES]]]`
 //!
 //! SCENE is a built-in scene, AREA the largest of a patch in m². The error is the RMS of luminance over
-//! its mean, at so many random patches (400): each is gathered by 4 × 65,536 rays and 4 × 4,096
+//! its mean, at so many random patches (400; 0 for none): each is gathered by 4 × 65,536 rays and 4 × 4,096
 //! shadow rays, on a solution of its own seed with four times the rays (or as many, beyond 200,000
 //! patches).
 
@@ -57,6 +57,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("  {} sweeps", solution.report.solve.map_or(0, |s| s.iterations));
     println!("  stated noise {:.3} %", 100.0 * solution.report.sampling_error.unwrap_or(0.0));
 
+    if wanted == 0 {
+        return Ok(());
+    }
     let times = if patches.len() > 200_000 { 1 } else { 4 };
     let reference = lit(times * samples, (times * shadow).min(MOST_SHADOW), 77)?;
     let rho = direct::reflectance(&scene.optics, patches);
@@ -84,6 +87,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             let mut factors = FormFactors::new(patches.len(), u64::MAX);
             factors.take(&[id], std::slice::from_ref(&row))?;
             let receiver = emitters.patch(patches, id);
+            emitters.look(std::slice::from_ref(&receiver), &mut room);
             let direct = emitters.light_patch(&receiver, patches, id, &mut room).irradiance;
             let through = factors.gather_by(id, |j| {
                 let cell = patches.cell(PatchId(j as u32));
