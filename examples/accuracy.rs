@@ -80,7 +80,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         let rows =
             Rays::new(&scene.geometry, patches, &bvh, RaysOptions { samples: MOST_SAMPLES, seed });
         let apart = ApartOptions { which: Apart::Suitable, shadow: MOST_SHADOW, seed };
-        let emitters = Emitters::new(&scene.geometry, &scene.optics, patches, &bvh, apart);
+        let emitters =
+            Emitters::new(&scene.geometry, &scene.optics, patches, &bvh, apart, |_| Rgb::ZERO);
         let (mut row, mut room) = (Row::default(), Room::default());
         for (truth, &id) in truth.iter_mut().zip(&chosen) {
             rows.row(id, &mut row);
@@ -108,6 +109,13 @@ fn main() -> Result<(), Box<dyn Error>> {
         .map(|e| e.0 * e.0)
         .collect();
     let rms = (errors.iter().map(|e| e * e).sum::<f64>() / wanted as f64).sqrt();
+    let mut worst: Vec<usize> = (0..wanted).collect();
+    worst.sort_by(|&a, &b| errors[b].abs().total_cmp(&errors[a].abs()));
+    for &k in worst.iter().take(5) {
+        let (id, at) = (chosen[k], patches.center(chosen[k]).position(&scene.geometry));
+        let h = luminance(solution.irradiance[id.index()]) / mean;
+        println!("  patch {} at {at:.3}: {h:.4} of the mean, not {:.4}", id.0, truth[k] / mean);
+    }
     errors.iter_mut().for_each(|e| *e = e.abs());
     errors.sort_by(f64::total_cmp);
     println!(

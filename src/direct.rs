@@ -14,7 +14,8 @@ use rayon::prelude::*;
 
 use crate::form_factors::FormFactors;
 use crate::patches::{PatchId, Patches, side_index};
-use crate::scene::{Optics, Rgb, Side, TriangleId};
+use crate::scene::{Optics, Rgb, Scene, Side, TriangleId};
+use crate::visibility::Bvh;
 
 /// Reflectance ρ of each patch, 0..1: its source triangle's; of a cluster the mean by area.
 #[must_use]
@@ -61,50 +62,141 @@ pub fn through_rows(factors: &FormFactors, emission: &[Rgb], sky: Rgb) -> Vec<Rg
         .collect()
 }
 
-/// Receivers that look at emitters together: neighbours, mostly.
-const TOGETHER: usize = 64;
-
-/// Direct irradiance of each patch with a row: from the emitters set apart for it by shadow rays, from
-/// the others and the sky through its sampled row.
+/// Direct light apart from the rows of `factors`: of the emitters that `options` set apart for each
+/// patch by shadow rays, of the others and the sky through its sampled row.
+///
+/// An emitter that reflects is seen with its own light upon it, which no shadow ray knows: a small
+/// bright thing, which rays find badly. So what emitters are thought to reflect is set apart with what
+/// they emit, and taken away again where rays meet it (a control variate): the thought need
+/// not be right, as the mean stays what it is, but the better it is the less noise is left.
 #[must_use]
 pub fn apart(
-    emitters: &Emitters<'_>,
+    scene: &Scene,
     patches: &Patches,
     factors: &FormFactors,
-    emission: &[Rgb],
-    sky: Rgb,
+    bvh: &Bvh,
+    options: ApartOptions,
 ) -> Vec<DirectLight> {
-    let halves = factors.halves();
-    let side = |j: usize| {
-        let cell = patches.cell(PatchId(j as u32));
-        side_index(cell.triangle, cell.side)
-    };
+    let (geometry, optics) = (&scene.geometry, &scene.optics);
+    let emission = emission(optics, patches);
+    let rho = reflectance(optics, patches);
     let emits: Vec<bool> = emission.iter().map(|e| *e != Rgb::ZERO).collect();
-    let ids: Vec<PatchId> = patches.ids().collect();
-    let of_block = |room: &mut Room, ids: &[PatchId]| {
-        let with_row = |id: &&PatchId| factors.has_row(**id);
-        let receivers: Vec<Receiver> =
-            ids.iter().filter(with_row).map(|&id| emitters.patch(patches, id)).collect();
-        emitters.look(&receivers, room);
-        let mut lights = vec![DirectLight::default(); ids.len()];
-        let lit = ids.iter().zip(&mut lights).filter(|(id, _)| with_row(id));
-        for ((&id, light), receiver) in lit.zip(&receivers) {
-            *light = emitters.light_patch(receiver, patches, id, room);
-            let left = |j: usize| {
-                let left = emits[j] && !emitters.is_apart(receiver, side(j));
-                if left { emission[j] } else { Rgb::ZERO }
-            };
-            let through = match &halves {
-                Some(halves) => halves.each_ref().map(|half| half.gather_by(id, left)),
-                None => [factors.gather_by(id, left); 2],
-            };
-            light.irradiance += (through[0] + through[1]) * 0.5;
-            for (half, through) in light.halves.iter_mut().zip(through) {
-                *half += through;
-            }
-            *light += sky * (PI * factors.account(id).environment);
-        }
-        lights
+    let reflects = |i: &PatchId| emits[i.index()] && rho[i.index()] != Rgb::ZERO;
+    let mirrors: Vec<PatchId> =
+        patches.ids().filter(|i| reflects(i) && factors.has_row(*i)).collect();
+    let mut light = Apartness {
+        patches,
+        factors,
+        halves: factors.halves(),
+        emits,
+        emission,
+        reflected: vec![Rgb::ZERO; patches.len()],
+        sky: scene.sky,
     };
-    ids.par_chunks(TOGETHER).map_init(Room::default, of_block).flatten_iter().collect()
+    let mut reflected = vec![Rgb::ZERO; 2 * geometry.len()];
+    if options.which != Apart::None && !mirrors.is_empty() {
+        let emitters = Emitters::new(geometry, optics, patches, bvh, options, |_| Rgb::ZERO);
+        let direct = light.of(&emitters, &mirrors);
+        let h = among(factors, patches.len(), &mirrors, &rho, &direct);
+        let mut areas = vec![0.0; reflected.len()];
+        for &i in &mirrors {
+            let side = light.side(i.index());
+            reflected[side] += rho[i.index()] * h[i.index()] * patches.area(i);
+            areas[side] += patches.area(i);
+        }
+        for (reflected, area) in reflected.iter_mut().zip(areas).filter(|r| r.1 > 0.0) {
+            *reflected /= area;
+        }
+        for &i in &mirrors {
+            light.reflected[i.index()] = reflected[light.side(i.index())];
+        }
+    }
+    let emitters = Emitters::new(geometry, optics, patches, bvh, options, |side| reflected[side]);
+    light.of(&emitters, &patches.ids().collect::<Vec<_>>())
+}
+
+/// Irradiance of some patches by their own `direct` light and what they reflect to each other.
+fn among(
+    factors: &FormFactors,
+    patches: usize,
+    ids: &[PatchId],
+    rho: &[Rgb],
+    direct: &[DirectLight],
+) -> Vec<Rgb> {
+    /// Bounces after which the rest is too little to matter for a guess.
+    const BOUNCES: usize = 4;
+    let mut h = vec![Rgb::ZERO; patches];
+    for _ in 0..BOUNCES {
+        let next: Vec<Rgb> = ids
+            .par_iter()
+            .zip(direct)
+            .map(|(&i, d)| d.irradiance + factors.gather_by(i, |j| rho[j] * h[j]))
+            .collect();
+        for (&i, next) in ids.iter().zip(next) {
+            h[i.index()] = next;
+        }
+    }
+    h
+}
+
+/// What is needed to find the direct light of any patch.
+struct Apartness<'a> {
+    patches: &'a Patches,
+    factors: &'a FormFactors,
+    halves: Option<[FormFactors; 2]>,
+    emits: Vec<bool>,
+    emission: Vec<Rgb>,
+    /// What emitters reflect of the light set apart.
+    reflected: Vec<Rgb>,
+    sky: Rgb,
+}
+
+impl Apartness<'_> {
+    fn side(&self, j: usize) -> usize {
+        let cell = self.patches.cell(PatchId(j as u32));
+        side_index(cell.triangle, cell.side)
+    }
+
+    /// Direct light of some patches; none of those without a row.
+    fn of(&self, emitters: &Emitters<'_>, ids: &[PatchId]) -> Vec<DirectLight> {
+        /// Receivers that look at emitters together: neighbours, mostly.
+        const TOGETHER: usize = 64;
+        let with_row = |id: &&PatchId| self.factors.has_row(**id);
+        let of_block = |room: &mut Room, ids: &[PatchId]| {
+            let receivers: Vec<Receiver> =
+                ids.iter().filter(with_row).map(|&id| emitters.patch(self.patches, id)).collect();
+            emitters.look(&receivers, room);
+            let mut lights = vec![DirectLight::default(); ids.len()];
+            let lit = ids.iter().zip(&mut lights).filter(|(id, _)| with_row(id));
+            for ((&id, light), receiver) in lit.zip(&receivers) {
+                *light = emitters.light_patch(receiver, self.patches, id, room);
+                let through = self.through(emitters, receiver, id);
+                light.irradiance += (through[0] + through[1]) * 0.5;
+                for (half, through) in light.halves.iter_mut().zip(through) {
+                    *half += through;
+                }
+                *light += self.sky * (PI * self.factors.account(id).environment);
+            }
+            lights
+        };
+        ids.par_chunks(TOGETHER).map_init(Room::default, of_block).flatten_iter().collect()
+    }
+
+    /// What each half of a row adds: the light of emitters that are not set apart, less what those that
+    /// are were thought to reflect.
+    fn through(&self, emitters: &Emitters<'_>, receiver: &Receiver, id: PatchId) -> [Rgb; 2] {
+        let left = |j: usize| {
+            if !self.emits[j] {
+                Rgb::ZERO
+            } else if emitters.is_apart(receiver, self.side(j)) {
+                -self.reflected[j]
+            } else {
+                self.emission[j]
+            }
+        };
+        match &self.halves {
+            Some(halves) => halves.each_ref().map(|half| half.gather_by(id, left)),
+            None => [self.factors.gather_by(id, left); 2],
+        }
+    }
 }

@@ -17,6 +17,7 @@ mod lit;
 mod lookup;
 pub mod rays;
 mod rows;
+pub(crate) mod sampling;
 mod stored;
 mod tally;
 

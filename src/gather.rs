@@ -34,8 +34,8 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use crate::direct::{self, Apart, ApartOptions, Emitters, Receiver, Room};
-use crate::form_factors::rays::{Block, aim, blocks, shift};
-use crate::patches::{Patches, SurfacePoint, side_index};
+use crate::form_factors::sampling::{Starts, Table, aim};
+use crate::patches::{Cell, Patches, SurfacePoint, side_index};
 use crate::progress::Progress;
 use crate::reconstruct::Field;
 use crate::scene::{Rgb, Scene, Side, luminance};
@@ -45,8 +45,7 @@ use crate::visibility::{Bvh, COVERED, Frame, Hits, LANES, NOTHING, Packet};
 /// How points are measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct GatherOptions {
-    /// Rays a point, 256 to [`MOST_RAYS`], rounded up to a multiple of 256. Powers of two fill best.
-    /// Default 4,096.
+    /// Rays a point, 256 to [`MOST_RAYS`], rounded up to a power of two. Default 4,096.
     pub samples: usize,
     /// Shadow rays from a point to a group of emitters that it sees in part, an eighth of them
     /// to one that is seen as a whole or not at all; 128 to 32,768. Default 4,096.
@@ -64,11 +63,11 @@ impl Default for GatherOptions {
 /// Most rays a point.
 pub const MOST_RAYS: usize = 1 << 20;
 
-/// Fewest rays a point: one packet of each set.
-pub const FEWEST_RAYS: usize = SETS * LANES;
+/// Fewest rays a point: sixteen of each set.
+pub const FEWEST_RAYS: usize = SETS * 16;
 
-/// Independent sets of rays.
-const SETS: usize = 16;
+/// Independent sets of rays: a lane each of packets.
+const SETS: usize = LANES;
 
 /// Half the width of the 95 % interval of Student's t with [`SETS`] - 1 degrees of freedom.
 const STUDENT: f64 = 2.131;
@@ -126,7 +125,9 @@ pub struct Gatherer<'a> {
     field: &'a Field<'a>,
     bvh: &'a Bvh,
     emitters: Emitters<'a>,
-    sets: Vec<Vec<Block>>,
+    /// Mean radiosity that each emitting side reflects; of all others nothing.
+    reflected: Vec<Rgb>,
+    table: Table,
     /// Standard error of each patch's irradiance.
     doubt: Option<Vec<Rgb>>,
     /// Irradiance below this is darkness.
@@ -145,12 +146,6 @@ struct Tally {
     doubts: Vec<(u32, Rgb)>,
 }
 
-/// Rays of one set, and what they meet.
-struct Bundle {
-    packets: Vec<Packet>,
-    hits: Vec<Hits>,
-}
-
 impl<'a> Gatherer<'a> {
     /// For a solution of `scene`: `field` is its [`Solution::field`], `bvh` the hierarchy of the same
     /// geometry.
@@ -162,16 +157,15 @@ impl<'a> Gatherer<'a> {
         bvh: &'a Bvh,
         options: GatherOptions,
     ) -> Self {
-        let rays = options.samples.clamp(FEWEST_RAYS, MOST_RAYS).next_multiple_of(FEWEST_RAYS);
+        let rays = options.samples.clamp(FEWEST_RAYS, MOST_RAYS);
         let seed = options.seed;
-        let sets: Vec<Vec<Block>> = (0..SETS as u32)
-            .into_par_iter()
-            .map(|k| blocks(rays / SETS, GATHER ^ seed.wrapping_mul(SETS as u32).wrapping_add(k)))
-            .collect();
+        let table = Table::new(rays.div_ceil(SETS), GATHER ^ seed, SETS);
         let shadow = options.shadow.div_ceil(SETS / 2);
         let apart = ApartOptions { which: Apart::Suitable, shadow, seed };
         let patches = &solution.patches;
-        let emitters = Emitters::new(&scene.geometry, &scene.optics, patches, bvh, apart);
+        let reflected = reflected_by_emitters(scene, patches, field);
+        let emitters =
+            Emitters::new(&scene.geometry, &scene.optics, patches, bvh, apart, |s| reflected[s]);
         let doubt = solution
             .halves
             .as_ref()
@@ -182,13 +176,24 @@ impl<'a> Gatherer<'a> {
             .map(|i| field.of_patches()[i.index()])
             .collect();
         let mean = luminance(lit.iter().sum::<Rgb>() / lit.len().max(1) as f64);
-        Self { scene, patches, field, bvh, emitters, sets, doubt, dark: DARK * mean, seed }
+        Self {
+            scene,
+            patches,
+            field,
+            bvh,
+            emitters,
+            reflected,
+            table,
+            doubt,
+            dark: DARK * mean,
+            seed,
+        }
     }
 
     /// Rays a point.
     #[must_use]
     pub fn samples(&self) -> usize {
-        SETS * LANES * self.sets[0].len()
+        SETS * self.table.points()
     }
 
     /// Irradiance at many points, the same for any number of threads; `None` if it was cancelled.
@@ -218,14 +223,13 @@ impl<'a> Gatherer<'a> {
             self.emitters.light_replicated::<{ SETS / 2 }>(&receiver, here, &mut room);
         let lamps = direct::lamps_at(self.scene, self.bvh, start, normal);
 
-        let rays = LANES * self.sets[0].len();
-        let packets = vec![Packet::EMPTY; self.sets[0].len()];
-        let mut bundle = Bundle { packets, hits: vec![Hits::NONE; self.sets[0].len()] };
-        let (mut tally, mut reflected) = (Tally::default(), Rgb::ZERO);
+        let rays = self.table.points();
+        let hits = self.cast(start, normal, index);
+        let mut tally = Tally::default();
         let mut alone: Vec<Rgb> = sets.iter().flatten().copied().collect();
-        for (k, alone) in alone.iter_mut().enumerate() {
-            self.cast(k, start, normal, index, &mut bundle);
-            let gathered = self.gather(&receiver, &bundle.hits, &mut tally) / rays as f64;
+        let mut reflected = Rgb::ZERO;
+        for (set, alone) in alone.iter_mut().enumerate() {
+            let gathered = self.gather(&receiver, &hits, set, &mut tally) / rays as f64;
             *alone += gathered;
             reflected += gathered / SETS as f64;
         }
@@ -247,16 +251,20 @@ impl<'a> Gatherer<'a> {
         Estimate { irradiance, error, place, escaped: share(tally.escaped) }
     }
 
-    /// Traces the rays of one set.
-    fn cast(&self, k: usize, start: DVec3, normal: DVec3, index: u64, bundle: &mut Bundle) {
+    /// Traces the rays of all sets.
+    fn cast(&self, start: DVec3, normal: DVec3, index: u64) -> Vec<Hits> {
         let axes = Frame::on_surface(start, normal).axes.map(|a| a.as_vec3());
-        let seed = u64::from(GATHER ^ self.seed.wrapping_mul(SETS as u32).wrapping_add(k as u32));
-        // A triangle without extent is a point.
-        let origin = [self.bvh.local(start), Vec3::ZERO, Vec3::ZERO];
-        let shift = shift(index << 32 | seed);
-        aim(&self.sets[k], shift, origin, axes, NOTHING, &mut bundle.packets);
+        let mut starts = Starts::NONE;
+        for set in 0..SETS {
+            // A triangle without extent is a point.
+            starts.set(set, [self.bvh.local(start), Vec3::ZERO, Vec3::ZERO], axes, NOTHING);
+            let seed = GATHER ^ self.seed.wrapping_mul(SETS as u32).wrapping_add(set as u32);
+            starts.set_mask(set, self.table.mask(index << 32 | u64::from(seed)));
+        }
+        let mut packets = vec![Packet::EMPTY; self.table.packets().len()];
+        aim(self.table.packets(), &starts, &mut packets);
         if (start - self.bvh.center()).length() > 2.0 * self.bvh.scale() {
-            for packet in &mut bundle.packets {
+            for packet in &mut packets {
                 for l in 0..LANES {
                     let [x, y, z] = packet.direction.map(|d| f64::from(d[l]));
                     let from = self.bvh.local(self.bvh.approach(start, DVec3::new(x, y, z)));
@@ -266,16 +274,18 @@ impl<'a> Gatherer<'a> {
                 }
             }
         }
-        self.bvh.closest(&bundle.packets, &mut bundle.hits);
+        let mut hits = vec![Hits::NONE; packets.len()];
+        self.bvh.closest(&packets, &mut hits);
+        hits
     }
 
-    /// Sum of what rays bring: all that is reflected, and emitted where it is not set apart.
-    fn gather(&self, receiver: &Receiver, hits: &[Hits], tally: &mut Tally) -> Rgb {
+    /// Sum of what the rays of a set bring: all that is reflected, and emitted where it is not set apart.
+    fn gather(&self, receiver: &Receiver, hits: &[Hits], set: usize, tally: &mut Tally) -> Rgb {
         let (g, optics) = (&self.scene.geometry, &self.scene.optics);
         let sky = self.scene.sky * PI;
         let mut sum = Rgb::ZERO;
-        for (hits, l) in hits.iter().flat_map(|h| (0..LANES).map(move |l| (h, l))) {
-            let item = hits.item[l];
+        for hits in hits {
+            let item = hits.item[set];
             if item == NOTHING {
                 tally.escaped += 1;
                 sum += sky;
@@ -288,13 +298,15 @@ impl<'a> Gatherer<'a> {
                 tally.dark += 1;
                 continue;
             }
-            let uv = [hits.u[l], hits.v[l]].map(f64::from).into();
+            let uv = [hits.u[set], hits.v[set]].map(f64::from).into();
             let p = SurfacePoint { triangle, side, uv };
             let rho = optics.reflectance[triangle.index()];
             sum += rho * self.field.at(p);
             let e = optics.emission(triangle, side);
-            if e != Rgb::ZERO && !self.emitters.is_apart(receiver, side_index(triangle, side)) {
-                sum += e;
+            if e != Rgb::ZERO {
+                let side = side_index(triangle, side);
+                let apart = self.emitters.is_apart(receiver, side);
+                sum += if apart { -self.reflected[side] } else { e };
             }
             if let (Some(doubt), Some(id)) = (&self.doubt, self.patches.at(p)) {
                 tally.doubts.push((id.0, rho * doubt[id.index()]));
@@ -312,6 +324,22 @@ impl<'a> Gatherer<'a> {
                 && self.scene.optics.emission(m.triangle, m.side) != Rgb::ZERO
         })
     }
+}
+
+/// Mean radiosity that each emitting side reflects.
+fn reflected_by_emitters(scene: &Scene, patches: &Patches, field: &Field<'_>) -> Vec<Rgb> {
+    let mut sums = vec![(Rgb::ZERO, 0.0); 2 * scene.geometry.len()];
+    for i in patches.ids() {
+        let Cell { triangle, side, .. } = patches.cell(i);
+        if scene.optics.emission(triangle, side) != Rgb::ZERO {
+            let (sum, area) = &mut sums[side_index(triangle, side)];
+            let rho = scene.optics.reflectance[triangle.index()];
+            *sum += rho * field.of_patches()[i.index()] * patches.area(i);
+            *area += patches.area(i);
+        }
+    }
+    let mean = |(sum, area)| if area > 0.0 { sum / area } else { Rgb::ZERO };
+    sums.into_iter().map(mean).collect()
 }
 
 /// Standard error of a sum over rays, each of which carries the error of a patch: patches err

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use thiserror::Error;
 
-use crate::direct::{self, ApartOptions, DirectLight, Emitters};
+use crate::direct::{self, ApartOptions, DirectLight};
 use crate::form_factors::{
     AssembleError, Classical, Draw, Engine, EngineError, FormFactors, Hemicube, HemicubeError,
     HemicubeOptions, Rays, RaysOptions, Row, assemble_lit, entry_bytes,
@@ -304,8 +304,7 @@ pub fn light(
     let mut direct = match options.engine {
         EngineOptions::Rays { direct: apart, .. } => {
             progress.stage("direct light", 0);
-            let emitters = Emitters::new(geometry, &scene.optics, &patches, &bvh, apart);
-            let found = direct::apart(&emitters, &patches, &factors, &emission, scene.sky);
+            let found = direct::apart(scene, &patches, &factors, &bvh, apart);
             clock.lap("direct light");
             found
         }

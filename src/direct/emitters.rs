@@ -146,7 +146,9 @@ impl std::ops::AddAssign<Rgb> for DirectLight {
 
 impl<'a> Emitters<'a> {
     /// The emitting sides of `geometry`. Emitters are set apart patch by patch of `patches` where those
-    /// join several triangles, so that those who know only the patch agree.
+    /// join several triangles, so that those who know only the patch agree. To what each side emits comes
+    /// what it is thought to reflect: any `reflected` radiosity (W/m² or lm/m²) that those take away again who
+    /// find it among what rays meet.
     #[must_use]
     pub fn new(
         geometry: &'a Geometry,
@@ -154,20 +156,25 @@ impl<'a> Emitters<'a> {
         patches: &Patches,
         bvh: &'a Bvh,
         options: ApartOptions,
+        reflected: impl Fn(usize) -> Rgb,
     ) -> Self {
         let mut sources: Vec<Source> = geometry
             .ids()
             .flat_map(|t| Side::BOTH.map(|s| (t, s)))
             .filter(|&(t, s)| geometry.exchanges(t, s))
-            .map(|(triangle, side)| Source {
-                triangle,
-                side,
-                radiance: optics.emission(triangle, side) / PI,
-                corners: geometry.corners(triangle),
-                normal: geometry.normal(triangle, side),
-                area: geometry.area(triangle),
+            .filter(|&(t, s)| optics.emission(t, s).max_element() > 0.0)
+            .map(|(triangle, side)| {
+                let exitance =
+                    optics.emission(triangle, side) + reflected(side_index(triangle, side));
+                Source {
+                    triangle,
+                    side,
+                    radiance: exitance / PI,
+                    corners: geometry.corners(triangle),
+                    normal: geometry.normal(triangle, side),
+                    area: geometry.area(triangle),
+                }
             })
-            .filter(|s| s.radiance.max_element() > 0.0)
             .collect();
         let groups = grouped(geometry, &mut sources);
         let unit = |s: &Source| unit_of(geometry, patches, s);

@@ -8,7 +8,7 @@ use crate::scene::{Rgb, luminance};
 use crate::visibility::{Bvh, LANES, multiversion};
 
 /// A receiver nearer than this many times its own size to an emitter leaves it to the rays.
-pub(super) const NEAREST: f32 = 4.0;
+pub(super) const NEAREST: f32 = 2.0;
 
 /// A triangle whose distance is below this many times the root of its area counts as near.
 const NEAR: f32 = 10.0;

@@ -7,6 +7,7 @@ use glam::{DVec2, DVec3};
 use super::sources::Source;
 use super::tree::Cut;
 use super::{Emitters, Group, Receiver, ReceiverPoint};
+use crate::form_factors::sampling::Random;
 use crate::scene::Rgb;
 use crate::visibility::{LANES, Packet};
 
@@ -143,7 +144,8 @@ impl Emitters<'_> {
         let sum: f64 = room.sums[blocks.clone()].iter().map(|b| f64::from(*b)).sum();
         for half in 0..2 {
             let seed = seed << 8 ^ (*number as u64) << 2 ^ round << 1 ^ half as u64;
-            let [s0, s1, s2, s3, s4] = shifts(seed);
+            let mut random = Random::new(seed);
+            let [s0, s1, s2, s3, s4] = std::array::from_fn(|_| random.number());
             let (mut block, mut below) = (blocks.start, 0.0);
             for (i, pair) in self.pairs[half][..each].iter().enumerate() {
                 // One in each of so many equal parts of the sum, in order.
@@ -206,17 +208,4 @@ fn kernel(s: &Source, from: DVec3, normal: DVec3, to: DVec3) -> f64 {
 pub(super) fn on_triangle([a, b, c]: [DVec3; 3], u: f64, v: f64) -> DVec3 {
     let (p, q) = if v > u { (0.5 * u, v - 0.5 * u) } else { (u - 0.5 * v, 0.5 * v) };
     a + (b - a) * p + (c - a) * q
-}
-
-/// Five numbers in 0..1 that look random.
-fn shifts(seed: u64) -> [f64; 5] {
-    // SplitMix64 (Steele, Lea & Flood 2014).
-    let mut state = seed.wrapping_mul(0xd134_2543_de82_ef95);
-    std::array::from_fn(|_| {
-        state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = state;
-        z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ z >> 31) >> 11) as f64 / (1_u64 << 53) as f64
-    })
 }

@@ -8,7 +8,7 @@ use std::ops::Range;
 use glam::{DVec3, Vec3};
 
 use super::Receiver;
-use super::lanes::{Block, Entry, NEAREST, suitable};
+use super::lanes::{Block, Entry, NEAREST, brightness, suitable};
 use super::sources::{Source, Unit, halve};
 use crate::scene::Rgb;
 use crate::visibility::{Bvh, LANES};
@@ -16,6 +16,9 @@ use crate::visibility::{Bvh, LANES};
 /// A part of the hierarchy stands for its sources where it is farther than this many times the root of
 /// its area, and than this many times its radius: its centre then errs by less than a thousandth.
 const FAR: f32 = 20.0;
+
+/// Largest ratio of radiances that a mean stands for.
+const ALIKE: f64 = 1.5;
 
 /// What rounding may add to a distance or an angle.
 const MARGIN: f32 = 1e-3;
@@ -34,7 +37,7 @@ struct Node {
     reach: f32,
     /// Largest radius and area of these units.
     largest: (f32, f32),
-    /// Whether all send the same radiance.
+    /// Whether all send nearly the same radiance.
     alike: bool,
 }
 
@@ -270,7 +273,11 @@ fn node(
     let mean = |of: &dyn Fn(&Source) -> DVec3| {
         sources.iter().map(|s| of(s) * s.area).sum::<DVec3>() / area.max(f64::MIN_POSITIVE)
     };
-    let centre = mean(&|s| s.corners.iter().sum::<DVec3>() / 3.0);
+    let bright = |s: &Source| f64::from(brightness(s.radiance)) * s.area;
+    // Where its light comes from.
+    let middle = |s: &Source| s.corners.iter().sum::<DVec3>() / 3.0;
+    let centre = sources.iter().map(|s| middle(s) * bright(s)).sum::<DVec3>()
+        / sources.iter().map(bright).sum::<f64>().max(f64::MIN_POSITIVE);
     let normal = mean(&|s| s.normal);
     let axis = normal.normalize_or_zero();
     let farthest = |from: DVec3, corners: &mut dyn Iterator<Item = DVec3>| {
@@ -288,7 +295,7 @@ fn node(
         radius: (radius / scale) as f32,
         area: (area / (scale * scale)) as f32,
         radiance: radiance.as_vec3(),
-        luminance: super::lanes::brightness(radiance),
+        luminance: brightness(radiance),
         unit: leaves[0].unit,
     };
     let most = |of: &dyn Fn(&Entry) -> f32| leaves.iter().map(of).fold(0.0, f32::max);
@@ -299,6 +306,9 @@ fn node(
         bend: bend.fold(0.0, f64::max) as f32,
         reach: reach as f32,
         largest: (most(&|e| e.unit.2), most(&|e| e.unit.3)),
-        alike: sources.iter().all(|s| s.radiance == sources[0].radiance),
+        alike: (0..3).all(|c| {
+            let all = || sources.iter().map(|s| s.radiance[c]);
+            all().fold(0.0, f64::max) <= ALIKE * all().fold(f64::INFINITY, f64::min)
+        }),
     }
 }
