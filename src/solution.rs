@@ -106,7 +106,8 @@ impl EngineOptions {
         if let Self::Rays { .. } = self { SAMPLED_PATCHES } else { DEFAULT_PATCHES }
     }
 
-    fn report(&self, engine: &dyn Engine) -> EngineReport {
+    /// What the report says of it.
+    pub(crate) fn report(&self, engine: &dyn Engine) -> EngineReport {
         let hemicube = match self {
             Self::Hemicube(options) => Some(options),
             #[cfg(feature = "gpu")]
@@ -467,7 +468,8 @@ fn check_memory(
 /// Rows in the sample that reciprocity is measured on.
 const RECIPROCITY_ROWS: usize = 64;
 
-fn rows_report(factors: &FormFactors, areas: &[f64]) -> RowsReport {
+/// The account of all rows.
+pub(crate) fn rows_report(factors: &FormFactors, areas: &[f64]) -> RowsReport {
     let n = factors.len();
     let with_row: Vec<PatchId> =
         (0..n as u32).map(PatchId).filter(|&i| factors.has_row(i)).collect();
