@@ -7,6 +7,7 @@
 mod layout;
 mod lumped;
 mod report;
+mod stored;
 
 use glam::DVec3;
 use thiserror::Error;
@@ -17,6 +18,7 @@ use std::time::Instant;
 pub use layout::{Face, Layout};
 pub use lumped::Lumped;
 pub use report::{ClosureReport, MatrixReport, NamedRow, ThresholdReport};
+pub use stored::{Origin, Stored, StoredError, hexadecimal};
 
 use crate::form_factors::{
     AssembleError, Closure, ClosureError, Engine, EngineError, FormFactors, HemicubeError, Row,
@@ -27,7 +29,7 @@ use crate::progress::Progress;
 use crate::report::Stage;
 use crate::scene::{Geometry, Side};
 use crate::solution::{EngineOptions, LightError, rows_report};
-use crate::visibility::{Bvh, looks_inside_out, uncover};
+use crate::visibility::{Bvh, COVERED, looks_inside_out, uncover};
 
 /// How a matrix is made.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -126,6 +128,10 @@ pub trait Rows: Sync {
 
     /// What each row stands for.
     fn surfaces(&self, geometry: &Geometry) -> Vec<SurfaceRow>;
+
+    /// Shares of row `i` that go with its entries as they are: to the environment, and to backs that
+    /// have no row.
+    fn rest(&self, i: usize) -> [f64; 2];
 }
 
 /// What a row saw when it was made, as shares of 1; the rest is lost numerically.
@@ -208,7 +214,7 @@ pub fn make(
     let rows = rows_report(&factors, &areas);
     let sums = patches.ids().map(|i| factors.row_sum(i)).collect();
     let named = Names { geometry, patches: &patches, layout: &layout };
-    let covered = patches.ids().filter(|&i| factors.account(i).back > crate::visibility::COVERED);
+    let covered = patches.ids().filter(|&i| factors.account(i).back > COVERED);
     let mut report = MatrixReport {
         source_triangles: geometry.len(),
         rows: layout.len(),
@@ -301,6 +307,20 @@ fn too_large(_: SinkError, rows: usize, allowed: u64) -> MatrixError {
 }
 
 impl Matrix {
+    /// What a stored file says of it.
+    #[must_use]
+    pub fn origin(&self, geometry: &Geometry) -> Origin {
+        Origin {
+            scene: self.report.scene.clone(),
+            fingerprint: hexadecimal(&geometry.fingerprint()),
+            patch_size: self.report.patch_size,
+            engine: self.report.engine.as_ref().map_or("", |e| e.name).to_owned(),
+            enclosure: self.report.closure.is_some(),
+            threshold: self.report.threshold.map_or(0.0, |t| t.below),
+            lumped: false,
+        }
+    }
+
     /// Area of the patch of row `i` in m²; 0 for a triangle that takes no part.
     #[must_use]
     pub fn area(&self, i: usize) -> f64 {
@@ -376,6 +396,12 @@ impl Rows for Matrix {
 
     fn label(&self, i: usize) -> String {
         i.to_string()
+    }
+
+    fn rest(&self, i: usize) -> [f64; 2] {
+        let RowAccount { environment, back, .. } = self.account(i);
+        let closed = self.report.closure.is_some() && back <= COVERED;
+        if closed { [0.0; 2] } else { [environment, back] }
     }
 
     fn surfaces(&self, geometry: &Geometry) -> Vec<SurfaceRow> {

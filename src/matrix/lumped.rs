@@ -121,6 +121,11 @@ impl Rows for Lumped {
         self.surfaces[i].name.clone()
     }
 
+    fn rest(&self, i: usize) -> [f64; 2] {
+        let Account { environment, back, .. } = self.surfaces[i].account;
+        [environment, back]
+    }
+
     fn surfaces(&self, _: &Geometry) -> Vec<SurfaceRow> {
         self.surfaces.clone()
     }
