@@ -234,7 +234,7 @@ pub fn load(path: &Path, options: &ImportOptions) -> Result<Scene, SceneError> {
             "check the model's scale and --unit",
         ));
     }
-    set_sides(&mut scene, options.sides);
+    scene.choose_sides(options.sides);
     Ok(scene)
 }
 
@@ -274,16 +274,27 @@ fn scale(scene: &mut Scene, unit: f64) {
     }
 }
 
-fn set_sides(scene: &mut Scene, choice: SidesChoice) {
-    let sides = match choice {
-        SidesChoice::File => return,
-        SidesChoice::One => Sides::One,
-        SidesChoice::Two => Sides::Two,
-    };
-    scene.geometry.sides.fill(sides);
-    if sides == Sides::One {
-        for material in &mut scene.optics.materials {
-            material.emits_both = false;
+impl Scene {
+    /// Lets other sides reflect than the model says.
+    pub fn choose_sides(&mut self, choice: SidesChoice) {
+        let sides = match choice {
+            SidesChoice::File => return,
+            SidesChoice::One => Sides::One,
+            SidesChoice::Two => Sides::Two,
+        };
+        self.geometry.sides.fill(sides);
+        if sides == Sides::One {
+            for material in &mut self.optics.materials {
+                material.emits_both = false;
+            }
+        }
+    }
+
+    /// Turns every triangle round: fronts become backs.
+    pub fn flip(&mut self) {
+        self.geometry.flip();
+        for uv in &mut self.optics.uv {
+            uv.swap(1, 2);
         }
     }
 }
