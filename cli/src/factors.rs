@@ -212,21 +212,19 @@ fn stages(report: &MatrixReport) {
     }
 }
 
-/// Says which rows something is to be said of: some of them, or all.
-fn name_rows(what: &str, rows: &[NamedRow], all: bool) {
-    const SHOWN: usize = 4;
+/// Says of which rows something is to be said: the first of them; the report names all.
+fn name_rows(what: &str, rows: &[NamedRow], verbose: bool) {
     if rows.is_empty() {
         return;
     }
-    let shown = if all { rows.len() } else { SHOWN.min(rows.len()) };
+    let shown = rows.len().min(if verbose { 32 } else { 4 });
     let names: Vec<String> = rows[..shown]
         .iter()
         .map(|r| format!("{} of {} ({:.3})", r.row, r.surface, r.value))
         .collect();
-    let more = if rows.len() > shown {
-        format!(" and {} more (-v names all)", rows.len() - shown)
-    } else {
-        String::new()
+    let more = match rows.len() - shown {
+        0 => String::new(),
+        more => format!(" and {more} more (--report names all)"),
     };
     say(&format!("{} rows {what}: {}{more}", rows.len(), names.join(", ")));
 }

@@ -20,7 +20,7 @@ use super::{ExportError, write_with};
 use crate::matrix::{Origin, Rows, SurfaceRow};
 use crate::progress::Progress;
 
-/// Compressing harder takes longer than making the rows, and gains little on fractions.
+/// Columns shrink to a fraction even so; compressing harder takes longer than making the rows.
 const LEVEL: i64 = 1;
 
 /// Larger arrays need the 64-bit form of the archive.
@@ -113,7 +113,9 @@ fn write_as<R: Rows + ?Sized>(
     encode_rows(rows, &mut zip, progress, |_, columns, _, bytes| {
         columns.iter().for_each(|&j| index.push(bytes, u64::from(j)));
     })?;
-    zip.start_file("data.npy", options(8 * entries))?;
+    // Fractions hardly shrink at all.
+    let stored = options(8 * entries).compression_method(CompressionMethod::Stored);
+    zip.start_file("data.npy", stored.compression_level(None))?;
     zip.write_all(&header(kind(precision), &format!("({entries},)")))?;
     encode_rows(rows, &mut zip, progress, |_, _, values, bytes| {
         values.iter().for_each(|&f| push(bytes, f, precision));

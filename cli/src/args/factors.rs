@@ -95,7 +95,7 @@ pub struct Factors {
     #[arg(short, long, conflicts_with = "verbose")]
     pub quiet: bool,
 
-    /// Say how long each stage took, and name every row that is said to be doubtful
+    /// Say how long each stage took, and name more of the rows that are doubtful
     #[arg(short, long)]
     pub verbose: bool,
 }
