@@ -28,7 +28,7 @@ use crate::patches::{PatchId, Patches, PatchesError};
 use crate::progress::Progress;
 use crate::report::Stage;
 use crate::scene::{Geometry, Side};
-use crate::solution::{EngineOptions, LightError, rows_report};
+use crate::solution::{EngineOptions, LightError, amount, rows_report};
 use crate::visibility::{Bvh, COVERED, looks_inside_out, uncover};
 
 /// How a matrix is made.
@@ -70,7 +70,7 @@ pub enum MatrixError {
     Open(String),
     /// No scales close the matrix.
     #[error(
-        "--enclosure: no scaling makes all rows sum to 1, furthest off are {0}; a smaller --patch-size or a finer --engine may help"
+        "--enclosure: no scaling makes all rows sum to 1, furthest off are {0}; give more --samples or --resolution, or a lower --threshold"
     )]
     Stalled(String),
     /// The engine does not say what escapes.
@@ -80,7 +80,7 @@ pub enum MatrixError {
     NoAccount,
     /// It does not fit in memory.
     #[error(
-        "the form factors of {rows} patches take about {} MiB, {} are allowed; allow more with --memory, or use fewer patches", needed >> 20, allowed >> 20
+        "the form factors of {rows} patches take about {}, {} are allowed; allow more with --memory, or use fewer patches", amount(*needed), amount(*allowed)
     )]
     Memory {
         /// Number of patches.
