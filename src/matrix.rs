@@ -13,7 +13,6 @@ use glam::DVec3;
 use thiserror::Error;
 
 use std::collections::BTreeMap;
-use std::time::Instant;
 
 pub use layout::{Face, Layout};
 pub use lumped::Lumped;
@@ -21,14 +20,13 @@ pub use report::{ClosureReport, MatrixReport, NamedRow, ThresholdReport};
 pub use stored::{Origin, Stored, StoredError, hexadecimal};
 
 use crate::form_factors::{
-    AssembleError, Closure, ClosureError, Engine, EngineError, FormFactors, HemicubeError, Row,
-    RowAccount, SinkError, assemble_whole, close, drop_below,
+    AssembleError, Closure, ClosureError, Engine, EngineError, FormFactors, Row, RowAccount,
+    SinkError, assemble_whole, close, drop_below,
 };
 use crate::patches::{PatchId, Patches, PatchesError};
 use crate::progress::Progress;
-use crate::report::Stage;
 use crate::scene::{Geometry, Side};
-use crate::solution::{EngineOptions, LightError, amount, rows_report};
+use crate::solution::{Clock, EngineOptions, LightError, amount, rows_report};
 use crate::visibility::{Bvh, COVERED, looks_inside_out, uncover};
 
 /// How a matrix is made.
@@ -488,27 +486,5 @@ impl Names<'_> {
             text.push(format!("{more} more surfaces"));
         }
         text.join(", ")
-    }
-}
-
-impl From<HemicubeError> for MatrixError {
-    fn from(error: HemicubeError) -> Self {
-        Self::Engine(error.into())
-    }
-}
-
-struct Clock {
-    last: Instant,
-    stages: Vec<Stage>,
-}
-
-impl Clock {
-    fn start() -> Self {
-        Self { last: Instant::now(), stages: Vec::new() }
-    }
-
-    fn lap(&mut self, name: &'static str) {
-        self.stages.push(Stage { name, seconds: self.last.elapsed().as_secs_f64() });
-        self.last = Instant::now();
     }
 }

@@ -555,17 +555,18 @@ pub(crate) fn rows_report(factors: &FormFactors, areas: &[f64]) -> RowsReport {
     }
 }
 
-struct Clock {
+/// Seconds of one stage after the other.
+pub(crate) struct Clock {
     last: Instant,
-    stages: Vec<Stage>,
+    pub(crate) stages: Vec<Stage>,
 }
 
 impl Clock {
-    fn start() -> Self {
+    pub(crate) fn start() -> Self {
         Self { last: Instant::now(), stages: Vec::new() }
     }
 
-    fn lap(&mut self, name: &'static str) {
+    pub(crate) fn lap(&mut self, name: &'static str) {
         self.stages.push(Stage { name, seconds: self.last.elapsed().as_secs_f64() });
         self.last = Instant::now();
     }

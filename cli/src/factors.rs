@@ -1,6 +1,6 @@
 //! `hemicube factors`: the matrix of form factors of a model.
 
-use std::io::Write;
+use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -41,7 +41,8 @@ pub fn run(args: &Factors) -> Result<(), Failure> {
         memory: args.memory.unwrap_or_else(machine::available_memory),
     };
     let bar = Bar::new(args.quiet);
-    let mut matrix = make(&scene.geometry, &options, &bar).map_err(|e| failure_of(&scene, e))?;
+    let mut matrix =
+        make(&scene.geometry, &options, &bar).map_err(|e| failure_of(&args.model.scene, e))?;
     matrix.report.scene.clone_from(&scene.name);
     let start = Instant::now();
     let mut origin = matrix.origin(&scene.geometry);
@@ -129,9 +130,11 @@ fn write(
         Format::Stdout => {
             bar.finish();
             let mut out = std::io::BufWriter::new(std::io::stdout().lock());
-            // Nothing happens if nobody listens.
-            let _ = write_csv(&mut out, rows, bar).and_then(|()| out.flush());
-            Ok(())
+            match write_csv(&mut out, rows, bar).and_then(|()| out.flush()) {
+                Err(e) if e.kind() == ErrorKind::Interrupted => Err(ExportError::Cancelled),
+                // Nothing happens if nobody listens.
+                _ => Ok(()),
+            }
         }
     };
     written.map_err(export_failure)?;
@@ -148,12 +151,12 @@ fn export_failure(error: ExportError) -> Failure {
     }
 }
 
-fn failure_of(scene: &Scene, error: MatrixError) -> Failure {
+fn failure_of(scene: &str, error: MatrixError) -> Failure {
     match error {
         MatrixError::Cancelled => Failure::Cancelled,
         MatrixError::Assemble(e) => Failure::failed(e),
         MatrixError::Engine(_) | MatrixError::NoAccount => Failure::input(error),
-        e => Failure::Input(format!("{}: {e}", scene.name)),
+        e => Failure::Input(format!("{scene}: {e}")),
     }
 }
 

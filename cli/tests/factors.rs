@@ -1,6 +1,6 @@
 //! `hemicube factors` as users run it, and the matrices that it writes as others read them.
 
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
+#![allow(clippy::unwrap_used, clippy::panic, clippy::print_stderr, reason = "a test")]
 
 mod common;
 

@@ -18,6 +18,7 @@ use crate::scene::{Geometry, Side};
 #[derive(Debug, Clone)]
 pub struct Lumped {
     surfaces: Vec<SurfaceRow>,
+    rest: Vec<[f64; 2]>,
     rows: Vec<(Vec<u32>, Vec<f64>)>,
 }
 
@@ -54,7 +55,8 @@ impl Lumped {
             })
             .collect();
         let rows = members.par_iter().map(|rows| lump(matrix, rows, &group_of, members.len()));
-        Self { surfaces, rows: rows.collect() }
+        let rest = members.iter().map(|rows| rest(matrix, rows)).collect();
+        Self { surfaces, rest, rows: rows.collect() }
     }
 }
 
@@ -72,6 +74,13 @@ fn lump(matrix: &Matrix, rows: &[usize], group_of: &[u32], groups: usize) -> (Ve
     }
     let seen = (0_u32..).zip(sums).filter(|s| s.1 > 0.0);
     seen.map(|(group, sum)| (group, sum / area)).unzip()
+}
+
+/// What goes with the entries of one group.
+fn rest(matrix: &Matrix, rows: &[usize]) -> [f64; 2] {
+    let area: f64 = rows.iter().map(|&i| matrix.area(i)).sum();
+    let sum = |k: usize| rows.iter().map(|&i| matrix.area(i) * matrix.rest(i)[k]).sum::<f64>();
+    if area > 0.0 { [sum(0) / area, sum(1) / area] } else { [0.0; 2] }
 }
 
 /// Several faces as one: areas add up, the rest are means over the area.
@@ -122,8 +131,7 @@ impl Rows for Lumped {
     }
 
     fn rest(&self, i: usize) -> [f64; 2] {
-        let Account { environment, back, .. } = self.surfaces[i].account;
-        [environment, back]
+        self.rest[i]
     }
 
     fn surfaces(&self, _: &Geometry) -> Vec<SurfaceRow> {

@@ -30,7 +30,7 @@ pub enum ReadError {
         problem: String,
     },
     /// It would not fit in memory.
-    #[error("{}: its {entries} form factors take about {} MiB, {} are allowed; allow more with --memory", path.display(), needed >> 20, allowed >> 20)]
+    #[error("{}: its {entries} form factors take about {} MiB, {} are allowed; allow more with --memory", path.display(), needed.div_ceil(1 << 20), allowed.div_ceil(1 << 20))]
     Memory {
         /// The file.
         path: PathBuf,
