@@ -20,7 +20,7 @@ pub use report::{ClosureReport, MatrixReport, NamedRow, ThresholdReport};
 pub use stored::{Origin, Stored, StoredError, hexadecimal};
 
 use crate::form_factors::{
-    AssembleError, Closure, ClosureError, Engine, EngineError, FormFactors, Row, RowAccount,
+    AssembleError, BLOCK, Closure, ClosureError, Engine, EngineError, FormFactors, Row, RowAccount,
     SinkError, assemble_whole, close, drop_below,
 };
 use crate::patches::{PatchId, Patches, PatchesError};
@@ -282,18 +282,24 @@ fn room_for_rows(
     /// Bytes of an entry.
     const ENTRY_BYTES: u64 = 8;
     let rows = patches.len();
-    let beside = PATCH_BYTES * rows as u64 + engine.bytes(rows);
     let step = rows.div_ceil(SAMPLE).max(1);
     let ids: Vec<PatchId> = patches.ids().step_by(step).collect();
     let mut made = vec![Row::default(); ids.len()];
     engine.fill(&ids, &mut made).map_err(|e: EngineError| MatrixError::Assemble(e.into()))?;
+    let listed: usize = made.iter().map(|row| row.columns.len()).sum();
     let distinct = |row: &mut Row| {
         row.columns.sort_unstable();
         row.columns.dedup();
-        row.columns.len() as u64
+        row.columns.len()
     };
-    let sampled: u64 = made.iter_mut().map(distinct).sum();
-    let needed = beside + ENTRY_BYTES * sampled * rows as u64 / ids.len().max(1) as u64;
+    let kept: usize = made.iter_mut().map(distinct).sum();
+    let bytes = |entries: usize, rows: usize| {
+        (ENTRY_BYTES as f64 * entries as f64 * rows as f64 / ids.len().max(1) as f64) as u64
+    };
+    // A block is there as it was made and as it is kept.
+    let under_way = bytes(listed + 2 * kept, BLOCK.min(rows));
+    let beside = PATCH_BYTES * rows as u64 + engine.bytes(rows) + under_way;
+    let needed = beside + bytes(kept, rows);
     if needed > allowed {
         return Err(MatrixError::Memory { rows, needed, allowed });
     }

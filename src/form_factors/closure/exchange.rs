@@ -72,8 +72,8 @@ fn complete_pattern(factors: &mut FormFactors) -> Result<(), SinkError> {
     if count == 0 {
         return Ok(());
     }
-    /// Of an entry, and of its place in the list.
-    const BYTES: u64 = 12;
+    /// Of an entry, and of its place in a list that grows by doubling.
+    const BYTES: u64 = 16;
     factors.within_limit(BYTES * count)?;
     factors.rewrite(|i, columns, weights, all_columns, all| {
         let more = &missing[i.index()];
