@@ -61,6 +61,9 @@ pub fn through_rows(factors: &FormFactors, emission: &[Rgb], sky: Rgb) -> Vec<Rg
         .collect()
 }
 
+/// Receivers that look at emitters together: neighbours, mostly.
+const TOGETHER: usize = 64;
+
 /// Direct irradiance of each patch with a row: from the emitters set apart for it by shadow rays, from
 /// the others and the sky through its sampled row.
 #[must_use]
@@ -76,26 +79,32 @@ pub fn apart(
         let cell = patches.cell(PatchId(j as u32));
         side_index(cell.triangle, cell.side)
     };
-    (0..patches.len() as u32)
-        .into_par_iter()
-        .map_init(Room::default, |room, i| {
-            let id = PatchId(i);
-            if !factors.has_row(id) {
-                return DirectLight::default();
-            }
-            let receiver = emitters.patch(patches, id);
-            let mut light = emitters.light_patch(&receiver, patches, id, room);
+    let emits: Vec<bool> = emission.iter().map(|e| *e != Rgb::ZERO).collect();
+    let ids: Vec<PatchId> = patches.ids().collect();
+    let of_block = |room: &mut Room, ids: &[PatchId]| {
+        let with_row = |id: &&PatchId| factors.has_row(**id);
+        let receivers: Vec<Receiver> =
+            ids.iter().filter(with_row).map(|&id| emitters.patch(patches, id)).collect();
+        emitters.look(&receivers, room);
+        let mut lights = vec![DirectLight::default(); ids.len()];
+        let lit = ids.iter().zip(&mut lights).filter(|(id, _)| with_row(id));
+        for ((&id, light), receiver) in lit.zip(&receivers) {
+            *light = emitters.light_patch(receiver, patches, id, room);
             let left = |j: usize| {
-                let e = emission[j];
-                if e == Rgb::ZERO || emitters.is_apart(&receiver, side(j)) { Rgb::ZERO } else { e }
+                let left = emits[j] && !emitters.is_apart(receiver, side(j));
+                if left { emission[j] } else { Rgb::ZERO }
             };
-            let through = factors.gather_by(id, left);
-            light.irradiance += through;
-            for (k, half) in light.halves.iter_mut().enumerate() {
-                *half += halves.as_ref().map_or(through, |h| h[k].gather_by(id, left));
+            let through = match &halves {
+                Some(halves) => halves.each_ref().map(|half| half.gather_by(id, left)),
+                None => [factors.gather_by(id, left); 2],
+            };
+            light.irradiance += (through[0] + through[1]) * 0.5;
+            for (half, through) in light.halves.iter_mut().zip(through) {
+                *half += through;
             }
-            light += sky * (PI * factors.account(id).environment);
-            light
-        })
-        .collect()
+            *light += sky * (PI * factors.account(id).environment);
+        }
+        lights
+    };
+    ids.par_chunks(TOGETHER).map_init(Room::default, of_block).flatten_iter().collect()
 }

@@ -31,6 +31,8 @@ pub use hemicube_gpu::{AdapterReport, Gpu, GpuError, GpuSeconds, HemicubeGpu};
 pub use lit::assemble_lit;
 pub use rays::{Rays, RaysOptions};
 pub use rows::{Engine, EngineError, Row, RowSink, SinkError, Weights};
-pub use stored::{AssembleError, BLOCK, FormFactors, Merger, RowAccount, assemble, entry_bytes};
+pub use stored::{
+    AssembleError, BLOCK, FormFactors, Merger, RowAccount, Values, assemble, entry_bytes,
+};
 pub use threshold::drop_below;
 pub use whole::assemble_whole;

@@ -212,8 +212,10 @@ impl<'a> Gatherer<'a> {
         let start = point + normal * (CLEARANCE * self.bvh.scale());
         let receiver = self.emitters.point(start, normal, index);
         let here = |_| (start, normal, None);
+        let mut room = Room::default();
+        self.emitters.look(std::slice::from_ref(&receiver), &mut room);
         let (direct, sets) =
-            self.emitters.light_replicated::<{ SETS / 2 }>(&receiver, here, &mut Room::default());
+            self.emitters.light_replicated::<{ SETS / 2 }>(&receiver, here, &mut room);
         let lamps = direct::lamps_at(self.scene, self.bvh, start, normal);
 
         let rays = LANES * self.sets[0].len();

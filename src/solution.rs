@@ -400,7 +400,8 @@ fn lit_by(
     Ok(Solution { patches, irradiance, usable, halves, report })
 }
 
-/// Irradiance as each half of the rays alone gives it.
+/// Irradiance as each half of the rays alone would give it, to the first order of their difference: by
+/// what each half finds that the light that it gathers should be, and by where that light then goes.
 fn solve_halves(
     system: &System<'_>,
     irradiance: &[Rgb],
@@ -410,14 +411,17 @@ fn solve_halves(
     progress: &dyn Progress,
 ) -> Result<[Vec<Rgb>; 2], SolveError> {
     /// Differences of halves are no better than the noise that they tell of.
-    const TOLERANCE: f64 = 1e-3;
-    let solving = SolveOptions { tolerance: TOLERANCE, ..options.solve };
-    let half = |k: usize| {
+    const TOLERANCE: f64 = 1e-2;
+    let [a, b] = [0, 1].map(|k| {
         let direct: Vec<Rgb> = direct.iter().map(|d| d.halves[k]).collect();
-        let system = System { factors: &halves[k], direct: &direct, ..*system };
-        solve_near(&system, irradiance, &solving, progress).map(|s| s.0)
-    };
-    Ok([half(0)?, half(1)?])
+        System { factors: &halves[k], direct: &direct, ..*system }.gather(irradiance)
+    });
+    let found: Vec<Rgb> = a.iter().zip(&b).map(|(a, b)| (*a - *b) * 0.5).collect();
+    let system = System { direct: &found, ..*system };
+    let solving = SolveOptions { tolerance: TOLERANCE, ..options.solve };
+    let (spread, _) = solve_near(&system, &found, &solving, progress)?;
+    let side = |sign: f64| irradiance.iter().zip(&spread).map(|(h, s)| *h + *s * sign).collect();
+    Ok([side(1.0), side(-1.0)])
 }
 
 /// RMS relative error of irradiance, weighted by `area`, told by what two halves of the rays differ

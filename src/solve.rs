@@ -137,23 +137,24 @@ pub fn solve_near(
 }
 
 impl System<'_> {
-    /// `ρ H` of every patch.
-    fn reflected(&self, h: &[Rgb]) -> Vec<Rgb> {
-        h.iter().zip(self.rho).map(|(h, rho)| *h * *rho).collect()
+    /// `ρ H` of patch `i`.
+    fn reflected(&self, h: &[Rgb], i: usize) -> Rgb {
+        self.rho[i] * h[i]
     }
 
-    /// `D + F x` of every patch with a row, `D` of those without.
-    fn gather(&self, x: &[Rgb]) -> Vec<Rgb> {
+    /// `D + F ρ H` of every patch with a row, `D` of those without.
+    pub fn gather(&self, h: &[Rgb]) -> Vec<Rgb> {
+        let reflected = self.factors.values(|i| self.reflected(h, i));
         self.direct
             .par_iter()
             .enumerate()
-            .map(|(i, d)| *d + self.factors.gather(PatchId(i as u32), x))
+            .map(|(i, d)| *d + self.factors.gather_values(PatchId(i as u32), &reflected))
             .collect()
     }
 
     /// The residual of `h`.
     pub fn residual(&self, h: &[Rgb]) -> f64 {
-        let next = self.gather(&self.reflected(h));
+        let next = self.gather(h);
         relative(&next, h, self.direct)
     }
 }

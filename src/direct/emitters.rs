@@ -21,6 +21,7 @@
 mod lanes;
 mod pairs;
 mod sources;
+mod tree;
 
 use std::f64::consts::PI;
 use std::ops::Range;
@@ -29,12 +30,13 @@ use glam::{DVec2, DVec3, Vec3};
 
 use crate::form_factors::kernel::point_to_polygon;
 use crate::patches::{PatchId, Patches, SurfacePoint, side_index};
-use crate::scene::{Geometry, Optics, Rgb, Side};
-use crate::visibility::{Bvh, NOTHING};
-use lanes::{Lanes, Units, add_blocks, add_far, suitable, weigh};
+use crate::scene::{Geometry, Optics, Rgb, Side, luminance};
+use crate::visibility::{Bvh, LANES, NOTHING};
+use lanes::{add_far, weigh};
 pub use pairs::{MOST_SHADOW, Room};
 use pairs::{PAIRS, Seen, on_triangle};
 use sources::{Source, grouped, sphere, unit_of};
+use tree::{Cut, Tree};
 
 /// How direct light is set apart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -79,7 +81,7 @@ pub struct Emitters<'a> {
     bvh: &'a Bvh,
     options: ApartOptions,
     sources: Vec<Source>,
-    lanes: Lanes,
+    tree: Tree,
     /// Consecutive sources whose visible share is found together.
     groups: Vec<Range<usize>>,
     /// Centre and radius of each group.
@@ -88,6 +90,8 @@ pub struct Emitters<'a> {
     source_of: Vec<u32>,
     /// Points in the unit squares of receiver and emitter, for each of two sequences.
     pairs: [Vec<[f32; 4]>; 2],
+    /// What all sides would receive on average if all flux arrived at once, W/m² or lx.
+    typical: f64,
 }
 
 /// Where direct light is wanted: all over a patch, or at a point.
@@ -109,6 +113,9 @@ pub struct Receiver {
     /// Tells receivers apart.
     seed: u64,
 }
+
+/// A group of emitters as a receiver sees it: its number, and its blocks in a cut.
+type Group<'a> = (usize, Range<usize>, &'a Cut);
 
 /// A point of a receiver, its normal, and the solid triangle that it lies on.
 pub type ReceiverPoint = (DVec3, DVec3, Option<u32>);
@@ -163,12 +170,14 @@ impl<'a> Emitters<'a> {
             .filter(|s| s.radiance.max_element() > 0.0)
             .collect();
         let groups = grouped(geometry, &mut sources);
+        let unit = |s: &Source| unit_of(geometry, patches, s);
+        let tree = Tree::new(bvh, &mut sources, &groups, unit);
         let mut source_of = vec![NOTHING; 2 * geometry.len()];
-        let mut lanes = Lanes::default();
         for (k, s) in sources.iter().enumerate() {
             source_of[side_index(s.triangle, s.side)] = k as u32;
-            lanes.push(bvh, s, &unit_of(geometry, patches, s));
         }
+        let flux: f64 = sources.iter().map(|s| PI * luminance(s.radiance) * s.area).sum();
+        let area: f64 = patches.ids().map(|i| patches.area(i)).sum();
         let reaches = groups
             .iter()
             .map(|g| {
@@ -180,7 +189,8 @@ impl<'a> Emitters<'a> {
             let sequence = 0x5eed_0000 ^ (2 * options.seed + half);
             (0..MOST_SHADOW as u32 / 2).map(|i| sobol_burley::sample_4d(i, 0, sequence)).collect()
         });
-        Self { geometry, bvh, options, sources, lanes, groups, reaches, source_of, pairs }
+        let typical = if area > 0.0 { flux / area } else { 0.0 };
+        Self { geometry, bvh, options, sources, tree, groups, reaches, source_of, pairs, typical }
     }
 
     /// Number of emitting sides.
@@ -252,17 +262,21 @@ impl<'a> Emitters<'a> {
         match self.options.which {
             Apart::All => true,
             Apart::None => false,
-            Apart::Suitable => {
-                let Units { centre: [x, y, z], normal: [nx, ny, nz], radius, area } =
-                    &self.lanes.units;
-                let (centre, normal) = ([x[k], y[k], z[k]], [nx[k], ny[k], nz[k]]);
-                suitable(r, centre, normal, radius[k], area[k])
-            }
+            Apart::Suitable => self.tree.is_suitable(r, k),
         }
     }
 
-    /// Direct irradiance from the emitters set apart for a receiver. `sample` gives a point of it from
-    /// one in the unit square.
+    /// Prepares for receivers that lie together: what follows is fast for any of them, and wrong for
+    /// others.
+    pub fn look(&self, receivers: &[Receiver], room: &mut Room) {
+        if self.options.which == Apart::None {
+            return;
+        }
+        self.tree.cut(receivers, self.options.which == Apart::All, &mut room.cut);
+    }
+
+    /// Direct irradiance from the emitters set apart for a receiver, after a [`look`](Self::look).
+    /// `sample` gives a point of it from one in the unit square.
     pub fn light(
         &self,
         receiver: &Receiver,
@@ -270,9 +284,10 @@ impl<'a> Emitters<'a> {
         room: &mut Room,
     ) -> DirectLight {
         let mut total = DirectLight::default();
-        self.each_group(receiver, room, |number, unoccluded, room| {
+        self.each_group(receiver, room, |group, unoccluded, room| {
             let mut seen = [[Seen::default(); 2]];
-            self.visible(receiver, number, &sample, room, PAIRS, &mut seen);
+            let most = self.worth(unoccluded);
+            self.visible(receiver, group, &sample, room, (PAIRS, most), &mut seen);
             let [[a, b]] = seen;
             total.irradiance += unoccluded * a.and(b).share();
             for (half, seen) in total.halves.iter_mut().zip([a, b]) {
@@ -294,9 +309,10 @@ impl<'a> Emitters<'a> {
         /// Share of the shadow rays that the first look takes: what it misses is an error unknown.
         const LOOK: usize = 8;
         let look = (self.options.shadow / LOOK).clamp(PAIRS, MOST_SHADOW);
-        self.each_group(receiver, room, |number, unoccluded, room| {
+        self.each_group(receiver, room, |group, unoccluded, room| {
             let mut seen = [[Seen::default(); 2]; N];
-            self.visible(receiver, number, &sample, room, look, &mut seen);
+            let more = self.options.shadow.min(MOST_SHADOW);
+            self.visible(receiver, group, &sample, room, (look, more), &mut seen);
             let all = seen.iter().flatten().fold(Seen::default(), |all, s| all.and(*s));
             total.0 += unoccluded * all.share();
             for (one, seen) in total.1.iter_mut().flatten().zip(seen.iter().flatten()) {
@@ -312,27 +328,36 @@ impl<'a> Emitters<'a> {
         &self,
         receiver: &Receiver,
         room: &mut Room,
-        mut found: impl FnMut(usize, Rgb, &mut Room),
+        mut found: impl FnMut(&Group<'_>, Rgb, &mut Room),
     ) {
         if self.is_empty() || self.options.which == Apart::None {
             return;
         }
-        room.weights.resize(self.sources.len(), 0.0);
-        let all = self.options.which == Apart::All;
-        weigh(&self.lanes, receiver, all, &mut room.weights);
-        for (number, group) in self.groups.iter().enumerate() {
-            add_blocks(&room.weights[group.clone()], &mut room.blocks);
-            if room.blocks.iter().all(|b| *b <= 0.0) {
+        let cut = std::mem::take(&mut room.cut);
+        room.weights.resize(cut.blocks.len(), [0.0; LANES]);
+        room.sums.resize(cut.blocks.len(), 0.0);
+        weigh(&cut.blocks, receiver, &mut room.weights, &mut room.sums);
+        for (number, blocks) in &cut.groups {
+            if room.sums[blocks.clone()].iter().all(|sum| *sum <= 0.0) {
                 continue;
             }
-            let unoccluded = self.unoccluded(receiver, number, &room.weights);
+            let group = (*number, blocks.clone(), &cut);
+            let unoccluded = self.unoccluded(receiver, &group, &room.weights);
             if unoccluded != Rgb::ZERO {
-                found(number, unoccluded, room);
+                found(&group, unoccluded, room);
             }
         }
+        room.cut = cut;
     }
 
-    /// The same for a patch.
+    /// Shadow rays that a group is worth which would send so much: noise in bright places weighs most.
+    fn worth(&self, unoccluded: Rgb) -> usize {
+        let share = luminance(unoccluded) / self.typical.max(f64::MIN_POSITIVE);
+        let wanted = self.options.shadow as f64 * share;
+        (wanted as usize).clamp(PAIRS, MOST_SHADOW)
+    }
+
+    /// The same as [`light`](Self::light) for a patch.
     pub fn light_patch(
         &self,
         receiver: &Receiver,
@@ -355,11 +380,15 @@ impl<'a> Emitters<'a> {
     }
 
     /// Mean irradiance over the receiver from a group, as if nothing stood between.
-    fn unoccluded(&self, receiver: &Receiver, number: usize, weights: &[f32]) -> Rgb {
+    fn unoccluded(
+        &self,
+        receiver: &Receiver,
+        (number, blocks, cut): &Group<'_>,
+        weights: &[[f32; LANES]],
+    ) -> Rgb {
         /// Radii of a receiver beyond which its centre stands for all of it.
         const FAR: f64 = 24.0;
-        let group = self.groups[number].clone();
-        let (centre, reach) = self.reaches[number];
+        let (centre, reach) = self.reaches[*number];
         let away = (centre - receiver.middle.0).length() - reach;
         let radius = f64::from(receiver.radius) * self.bvh.scale();
         let middle = [receiver.middle];
@@ -367,16 +396,18 @@ impl<'a> Emitters<'a> {
         let mut sum = Rgb::ZERO;
         for (at, normal) in points {
             let (mut far, mut some_near) = ([0.0; 3], false);
-            let local = self.bvh.local(*at);
-            let up = normal.as_vec3();
-            add_far(&self.lanes, group.clone(), weights, local, up, &mut far, &mut some_near);
+            let (local, up) = (self.bvh.local(*at), normal.as_vec3());
+            let (entries, weights) = (&cut.blocks[blocks.clone()], &weights[blocks.clone()]);
+            add_far(entries, weights, local, up, &mut far, &mut some_near);
             sum += Rgb::from_array(far.map(f64::from));
             if !some_near {
                 continue;
             }
-            for k in group.clone().filter(|&k| weights[k] > 0.0 && self.lanes.is_near(k, local)) {
-                let s = &self.sources[k];
-                if s.normal.dot(*at - s.corners[0]) > 0.0 {
+            // Only single sources are near.
+            let lanes = (0..entries.len()).flat_map(|b| (0..LANES).map(move |l| (b, l)));
+            for (b, l) in lanes.filter(|&(b, l)| weights[b][l] > 0.0) {
+                let s = &self.sources[cut.sources[blocks.start + b][l].0 as usize];
+                if entries[b].is_near(l, local) && s.normal.dot(*at - s.corners[0]) > 0.0 {
                     sum += s.radiance * (PI * point_to_polygon(*at, *normal, &s.corners));
                 }
             }

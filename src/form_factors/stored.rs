@@ -5,6 +5,7 @@ mod edit;
 use std::ops::{ControlFlow, Range};
 use std::sync::Arc;
 
+use glam::{DVec2, Vec4, Vec4Swizzles};
 use rayon::prelude::*;
 use thiserror::Error;
 
@@ -319,18 +320,48 @@ impl FormFactors {
                 .zip(&w[from..to])
                 .map(|(&j, &w)| x(j as usize) * f64::from(w))
                 .sum(),
-            Weights::Equal { rays, .. } => {
-                let (columns, rays) = match self.part {
-                    Part::All => (row.columns, f64::from(*rays)),
-                    Part::FirstHalf => (&row.columns[..self.half(id)], 0.5 * f64::from(*rays)),
-                    Part::SecondHalf => (&row.columns[self.half(id)..], 0.5 * f64::from(*rays)),
-                };
+            Weights::Equal { .. } => {
+                let Some((hits, rays)) = self.hits(id) else { return Rgb::ZERO };
                 let mut sum = Rgb::ZERO;
-                for &j in columns {
+                for &j in hits {
                     sum += x(j as usize);
                 }
                 sum / rays
             }
+        }
+    }
+
+    /// The same for values held as these rows deserve.
+    #[inline]
+    pub fn gather_values(&self, id: PatchId, values: &Values) -> Rgb {
+        match values {
+            Values::Double(x) => self.gather(id, x),
+            Values::Single(x) => match self.hits(id) {
+                Some((hits, rays)) => sum(hits, x) / rays,
+                None => self.gather_by(id, |j| x[j].truncate().as_dvec3()),
+            },
+        }
+    }
+
+    /// What the rays of a sampled row hit, and how many rays there are.
+    fn hits(&self, id: PatchId) -> Option<(&[u32], f64)> {
+        let row = self.row(id)?;
+        let Weights::Equal { rays, .. } = row.weights else { return None };
+        Some(match self.part {
+            Part::All => (row.columns, f64::from(*rays)),
+            Part::FirstHalf => (&row.columns[..self.half(id)], 0.5 * f64::from(*rays)),
+            Part::SecondHalf => (&row.columns[self.half(id)..], 0.5 * f64::from(*rays)),
+        })
+    }
+
+    /// A value of each patch, held as these rows deserve.
+    #[must_use]
+    pub fn values(&self, value: impl Fn(usize) -> Rgb) -> Values {
+        let sampled = |b: &Arc<Block>| matches!(b.weights, Weights::Equal { .. });
+        if self.blocks.iter().any(sampled) {
+            Values::Single((0..self.len()).map(|i| single(value(i))).collect())
+        } else {
+            Values::Double((0..self.len()).map(value).collect())
         }
     }
 
@@ -380,6 +411,48 @@ impl RowSink for FormFactors {
         self.blocks.push(Arc::new(Block { starts, halves, columns, weights }));
         Ok(())
     }
+}
+
+/// A value a patch, as products gather it: where rows are sampled in single precision and whole
+/// cache lines, as their noise is far larger than its rounding, and products wait for memory alone.
+#[derive(Debug, Clone)]
+pub enum Values {
+    /// For rows of weights.
+    Double(Vec<Rgb>),
+    /// For lists of hits; the fourth component is zero.
+    Single(Vec<Vec4>),
+}
+
+impl Values {
+    /// Sets the value of patch `i`.
+    #[inline]
+    pub fn set(&mut self, i: usize, value: Rgb) {
+        match self {
+            Self::Double(x) => x[i] = value,
+            Self::Single(x) => x[i] = single(value),
+        }
+    }
+}
+
+fn single(value: Rgb) -> Vec4 {
+    value.as_vec3().extend(0.0)
+}
+
+/// The sum of what was hit, in double precision; four sums take turns.
+fn sum(hits: &[u32], x: &[Vec4]) -> Rgb {
+    let mut sums = [[DVec2::ZERO; 2]; 4];
+    let (fours, rest) = hits.as_chunks::<4>();
+    let mut add = |k: usize, j: u32| {
+        let v = x[j as usize];
+        sums[k][0] += v.xy().as_dvec2();
+        sums[k][1] += v.zw().as_dvec2();
+    };
+    for four in fours {
+        (0..4).for_each(|k| add(k, four[k]));
+    }
+    rest.iter().for_each(|&j| add(0, j));
+    let [xy, zw] = [0, 1].map(|h| (sums[0][h] + sums[1][h]) + (sums[2][h] + sums[3][h]));
+    Rgb::new(xy.x, xy.y, zw.x)
 }
 
 /// Why a matrix was not made.

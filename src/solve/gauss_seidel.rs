@@ -1,4 +1,7 @@
-//! Block Gauss-Seidel: patches gather with the newest values of all blocks before theirs.
+//! Block Gauss-Seidel: patches gather with the newest values of all blocks before theirs; sweeps are
+//! combined as Anderson (1965) does.
+
+use std::collections::VecDeque;
 
 use rayon::prelude::*;
 
@@ -11,6 +14,9 @@ use crate::scene::Rgb;
 /// enough that a sweep over a few thousand patches gains from newest values.
 const BLOCK: usize = 512;
 
+/// Sweeps combined with the newest. More gain little.
+const DEPTH: usize = 4;
+
 /// `H_i ← D_i + Σ_j F_ij ρ_j H_j`, block after block, from a first guess.
 pub(super) fn solve(
     system: &System<'_>,
@@ -19,29 +25,21 @@ pub(super) fn solve(
     progress: &dyn Progress,
 ) -> Result<(Vec<Rgb>, SolveReport), SolveError> {
     let mut h = guess.to_vec();
-    let mut reflected = system.reflected(&h);
+    let mut mixer = Mixer::default();
     let mut residual = f64::INFINITY;
     for iterations in 1..=options.max_iterations {
-        let before = h.clone();
-        for start in (0..h.len()).step_by(BLOCK) {
-            let end = h.len().min(start + BLOCK);
-            h[start..end].par_iter_mut().enumerate().for_each(|(k, h)| {
-                let i = start + k;
-                *h = system.direct[i] + system.factors.gather(PatchId(i as u32), &reflected);
-            });
-            for i in start..end {
-                reflected[i] = system.rho[i] * h[i];
-            }
-        }
+        let swept = sweep(system, &h);
         // A sweep's change is near the residual; only when it is small is the residual worth a
         // product of its own.
-        residual = relative(&h, &before, system.direct);
+        residual = relative(&swept, &h, system.direct);
         if residual <= options.tolerance {
-            residual = system.residual(&h);
+            residual = system.residual(&swept);
             if residual <= options.tolerance {
-                return Ok((h, SolveReport { method: Method::GaussSeidel, iterations, residual }));
+                let method = Method::GaussSeidel;
+                return Ok((swept, SolveReport { method, iterations, residual }));
             }
         }
+        h = mixer.mix(h, swept);
         if progress.advance(1).is_break() {
             return Err(SolveError::Cancelled);
         }
@@ -51,4 +49,112 @@ pub(super) fn solve(
         residual,
         tolerance: options.tolerance,
     })
+}
+
+/// One sweep over all patches.
+fn sweep(system: &System<'_>, before: &[Rgb]) -> Vec<Rgb> {
+    let mut h = before.to_vec();
+    let mut reflected = system.factors.values(|i| system.reflected(&h, i));
+    for start in (0..h.len()).step_by(BLOCK) {
+        let end = h.len().min(start + BLOCK);
+        h[start..end].par_iter_mut().enumerate().for_each(|(k, h)| {
+            let i = start + k;
+            *h = system.direct[i] + system.factors.gather_values(PatchId(i as u32), &reflected);
+        });
+        for i in start..end {
+            reflected.set(i, system.reflected(&h, i));
+        }
+    }
+    h
+}
+
+/// Anderson's (1965) mixing: of the last sweeps that combination, its weights adding up to 1, whose
+/// changes cancel best. On a linear system it is GMRES in disguise (Walker & Ni 2011), so that the
+/// many bounces of a bright room cost few sweeps.
+#[derive(Default)]
+struct Mixer {
+    /// Differences between one sweep and the next: of what came out, and of its change.
+    past: VecDeque<(Vec<Rgb>, Vec<Rgb>)>,
+    /// What came out of the last sweep, and its change.
+    last: Option<(Vec<Rgb>, Vec<Rgb>)>,
+}
+
+impl Mixer {
+    /// Where the next sweep begins, after one from `before` to `after`; each channel on its own.
+    fn mix(&mut self, before: Vec<Rgb>, after: Vec<Rgb>) -> Vec<Rgb> {
+        let minus = |a: &[Rgb], b: &[Rgb]| -> Vec<Rgb> {
+            a.par_iter().zip(b).map(|(a, b)| *a - *b).collect()
+        };
+        let change = minus(&after, &before);
+        if let Some((swept, changed)) = self.last.take() {
+            self.past.push_back((minus(&after, &swept), minus(&change, &changed)));
+            if self.past.len() > DEPTH {
+                self.past.pop_front();
+            }
+        }
+        let weights = least_squares(&self.past, &change);
+        let mut mixed = after.clone();
+        for ((swept, _), weight) in self.past.iter().zip(weights) {
+            mixed.par_iter_mut().zip(swept).for_each(|(m, s)| *m -= *s * weight);
+        }
+        self.last = Some((after, change));
+        mixed
+    }
+}
+
+/// The weight of each past difference whose changes, so weighted, come nearest to `change`, by modified
+/// Gram-Schmidt; zero where differences say nothing new.
+fn least_squares(past: &VecDeque<(Vec<Rgb>, Vec<Rgb>)>, change: &[Rgb]) -> Vec<Rgb> {
+    let n = past.len();
+    let mut rest = change.to_vec();
+    let mut basis: Vec<Vec<Rgb>> = Vec::with_capacity(n);
+    // Upper triangle: how much of each basis vector is in each difference.
+    let mut upper = vec![vec![Rgb::ZERO; n]; n];
+    let mut parts = vec![Rgb::ZERO; n];
+    for (k, (_, difference)) in past.iter().enumerate() {
+        let mut vector = difference.clone();
+        let size = dot(&vector, &vector);
+        for (j, b) in basis.iter().enumerate() {
+            upper[j][k] = dot(b, &vector);
+            let part = upper[j][k];
+            vector.par_iter_mut().zip(b).for_each(|(v, b)| *v -= *b * part);
+        }
+        let norm = dot(&vector, &vector);
+        // A difference that is a combination of others to within rounding carries no direction.
+        let new = Rgb::from_array(std::array::from_fn(|c| {
+            if norm[c] > 1e-14 * size[c] { norm[c].sqrt().recip() } else { 0.0 }
+        }));
+        vector.par_iter_mut().for_each(|v| *v *= new);
+        upper[k][k] =
+            Rgb::from_array(std::array::from_fn(
+                |c| {
+                    if new[c] > 0.0 { new[c].recip() } else { 0.0 }
+                },
+            ));
+        parts[k] = dot(&vector, &rest);
+        let part = parts[k];
+        rest.par_iter_mut().zip(&vector).for_each(|(r, v)| *r -= *v * part);
+        basis.push(vector);
+    }
+    let mut weights = vec![Rgb::ZERO; n];
+    for k in (0..n).rev() {
+        let known: Rgb = (k + 1..n).map(|j| upper[k][j] * weights[j]).sum();
+        let left = parts[k] - known;
+        weights[k] = Rgb::from_array(std::array::from_fn(|c| {
+            if upper[k][k][c] > 0.0 { left[c] / upper[k][k][c] } else { 0.0 }
+        }));
+    }
+    weights
+}
+
+/// The scalar product, channel by channel, summed in a fixed order.
+fn dot(a: &[Rgb], b: &[Rgb]) -> Rgb {
+    /// Summed by one thread at a time.
+    const PART: usize = 4096;
+    let parts: Vec<Rgb> = a
+        .par_chunks(PART)
+        .zip(b.par_chunks(PART))
+        .map(|(a, b)| a.iter().zip(b).map(|(a, b)| *a * *b).sum())
+        .collect();
+    parts.into_iter().sum()
 }

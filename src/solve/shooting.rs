@@ -75,7 +75,7 @@ pub(super) fn solve(
     let mut shots = 0;
     let mut residual = f64::INFINITY;
     loop {
-        let pending = system.reflected(&unshot);
+        let pending: Vec<Rgb> = (0..n).map(|i| system.reflected(&unshot, i)).collect();
         // Undistributed reflections bound the residual, since no row sums to more than one.
         if relative(&pending, &vec![Rgb::ZERO; n], system.direct) <= options.tolerance {
             residual = system.residual(&h);
@@ -83,7 +83,7 @@ pub(super) fn solve(
                 return Ok((h, report(shots, residual)));
             }
             // Columns hold single precision; begin again from what is left.
-            let next = system.gather(&system.reflected(&h));
+            let next = system.gather(&h);
             for i in 0..n {
                 unshot[i] = next[i] - h[i];
             }

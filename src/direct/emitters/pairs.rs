@@ -4,7 +4,9 @@ use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
 
-use super::{Emitters, Receiver, ReceiverPoint};
+use super::sources::Source;
+use super::tree::Cut;
+use super::{Emitters, Group, Receiver, ReceiverPoint};
 use crate::scene::Rgb;
 use crate::visibility::{LANES, Packet};
 
@@ -17,9 +19,10 @@ pub const MOST_SHADOW: usize = 4096;
 /// Room for one receiver's work; reused.
 #[derive(Debug, Default)]
 pub struct Room {
-    pub(super) weights: Vec<f32>,
-    /// Sums of each 16 weights of a group.
-    pub(super) blocks: Vec<f32>,
+    pub(super) cut: Cut,
+    pub(super) weights: Vec<[f32; LANES]>,
+    /// Sum of the weights of each block.
+    pub(super) sums: Vec<f32>,
     packets: Vec<Packet>,
     kernels: Vec<Rgb>,
     blocked: Vec<u16>,
@@ -44,23 +47,23 @@ impl Seen {
 
 impl Emitters<'_> {
     /// Adds up pairs of points on the receiver and on a group of emitters, for each half of each set of
-    /// pairs that is asked for. All sets decide together whether they need more than the first `look`.
+    /// pairs that is asked for. All sets decide together whether they need `more` than the first `look`.
     pub(super) fn visible(
         &self,
         receiver: &Receiver,
-        number: usize,
+        group: &Group<'_>,
         sample: &impl Fn(DVec2) -> ReceiverPoint,
         room: &mut Room,
-        look: usize,
+        (look, more): (usize, usize),
         seen: &mut [[Seen; 2]],
     ) {
         let (mut drawn, mut blocked) = (0, 0);
-        let more = self.options.shadow.min(MOST_SHADOW).next_multiple_of(PAIRS);
+        let more = more.next_multiple_of(PAIRS);
         // The first pairs tell whether more are worth their while.
         for (round, count) in [(0, look.next_multiple_of(PAIRS)), (1, more)] {
             for (k, halves) in seen.iter_mut().enumerate() {
                 let seed = receiver.seed ^ (k as u64) << 48;
-                self.draw(seed, (number, round), count, sample, room);
+                self.draw(seed, group, (round, count), sample, room);
                 let kernels = room.kernels.iter().enumerate();
                 for (lane, kernel) in kernels.filter(|k| *k.1 != Rgb::ZERO) {
                     let half = &mut halves[lane % 2];
@@ -75,7 +78,7 @@ impl Emitters<'_> {
             }
             if round == 0 && (blocked == 0 || blocked == drawn) {
                 // What is hidden in part is seldom hidden in the middle alone.
-                let (outer, hidden) = self.between_corners(number, sample, room);
+                let (outer, hidden) = self.between_corners(receiver, group.0, sample);
                 if blocked == 0 && hidden == 0 || blocked > 0 && hidden == outer {
                     break;
                 }
@@ -87,9 +90,9 @@ impl Emitters<'_> {
     /// each other, and how many of them are blocked.
     fn between_corners(
         &self,
+        receiver: &Receiver,
         number: usize,
         sample: &impl Fn(DVec2) -> ReceiverPoint,
-        room: &mut Room,
     ) -> (u32, u32) {
         /// Corners of the unit square, drawn in a little.
         const OUTER: [DVec2; 4] = [
@@ -109,9 +112,9 @@ impl Emitters<'_> {
             let (from, normal, own) = sample(u);
             for (j, corner) in CORNERS.into_iter().enumerate() {
                 let k = group.start + (2 * j + 1) * group.len() / 8;
-                let corners = self.sources[k].corners;
-                let to = corners[corner].lerp(corners.iter().sum::<DVec3>() / 3.0, INSET);
-                if room.weights[k] > 0.0 && self.kernel(k, from, normal, to) > 0.0 {
+                let s = &self.sources[k];
+                let to = s.corners[corner].lerp(s.corners.iter().sum::<DVec3>() / 3.0, INSET);
+                if kernel(s, from, normal, to) > 0.0 && self.set_apart(receiver, k) {
                     let start = self.bvh.local(from);
                     packet.set(4 * i + j, start, self.bvh.local(to) - start, 1.0, own);
                     aimed |= 1 << (4 * i + j);
@@ -127,79 +130,75 @@ impl Emitters<'_> {
     fn draw(
         &self,
         seed: u64,
-        (number, round): (usize, u64),
-        count: usize,
+        (number, blocks, cut): &Group<'_>,
+        (round, count): (u64, usize),
         sample: &impl Fn(DVec2) -> ReceiverPoint,
         room: &mut Room,
     ) {
-        let group = self.groups[number].clone();
         room.packets.clear();
         room.packets.resize(count / LANES, Packet::EMPTY);
         room.kernels.clear();
         room.kernels.resize(count, Rgb::ZERO);
         let each = count / 2;
-        let sum: f64 = room.blocks.iter().map(|b| f64::from(*b)).sum();
+        let sum: f64 = room.sums[blocks.clone()].iter().map(|b| f64::from(*b)).sum();
         for half in 0..2 {
-            let seed = seed << 8 ^ (number as u64) << 2 ^ round << 1 ^ half as u64;
+            let seed = seed << 8 ^ (*number as u64) << 2 ^ round << 1 ^ half as u64;
             let [s0, s1, s2, s3, s4] = shifts(seed);
-            let (mut block, mut below) = (0, 0.0);
+            let (mut block, mut below) = (blocks.start, 0.0);
             for (i, pair) in self.pairs[half][..each].iter().enumerate() {
                 // One in each of so many equal parts of the sum, in order.
                 let target = (i as f64 + s0) / each as f64 * sum;
-                while block + 1 < room.blocks.len()
-                    && below + f64::from(room.blocks[block]) <= target
-                {
-                    below += f64::from(room.blocks[block]);
+                while block + 1 < blocks.end && below + f64::from(room.sums[block]) <= target {
+                    below += f64::from(room.sums[block]);
                     block += 1;
                 }
-                let mut k = group.start + block * LANES;
-                let end = group.end.min(k + LANES);
-                let mut rest = target - below;
-                while k + 1 < end && f64::from(room.weights[k]) <= rest {
-                    rest -= f64::from(room.weights[k]);
+                let (mut k, mut rest) = (0, target - below);
+                while k + 1 < LANES && f64::from(room.weights[block][k]) <= rest {
+                    rest -= f64::from(room.weights[block][k]);
                     k += 1;
                 }
-                let weight = f64::from(room.weights[k]);
+                let weight = f64::from(room.weights[block][k]);
+                if weight <= 0.0 {
+                    continue;
+                }
                 let wrapped = |p: f32, s: f64| {
                     let x = f64::from(p) + s;
                     if x < 1.0 { x } else { x - 1.0 }
                 };
                 let (from, normal, own) =
                     sample(DVec2::new(wrapped(pair[0], s1), wrapped(pair[1], s2)));
-                let to = self.on_source(k, wrapped(pair[2], s3), wrapped(pair[3], s4));
-                let kernel = self.kernel(k, from, normal, to);
-                if kernel <= 0.0 || weight <= 0.0 {
+                let (first, end) = cut.sources[block][k];
+                let s = &self.sources[if end - first == 1 {
+                    first as usize
+                } else {
+                    // What is left of the target is the place within the entry.
+                    self.tree.at_share((first, end), (rest / weight).clamp(0.0, 1.0))
+                }];
+                let to = on_triangle(s.corners, wrapped(pair[2], s3), wrapped(pair[3], s4));
+                let kernel = kernel(s, from, normal, to);
+                if kernel <= 0.0 {
                     continue;
                 }
                 let lane = 2 * i + half;
                 let start = self.bvh.local(from);
                 let way = self.bvh.local(to) - start;
                 room.packets[lane / LANES].set(lane % LANES, start, way, 1.0, own);
-                room.kernels[lane] = self.sources[k].radiance * (kernel / weight);
+                let area = f64::from(cut.blocks[block].area[k]);
+                room.kernels[lane] = s.radiance * (area * kernel / weight);
             }
         }
         room.blocked.clear();
         room.blocked.resize(count / LANES, 0);
         self.bvh.blocked(&room.packets, &mut room.blocked);
     }
+}
 
-    /// A point of a source, uniform in area.
-    fn on_source(&self, k: usize, u: f64, v: f64) -> DVec3 {
-        on_triangle(self.sources[k].corners, u, v)
-    }
-
-    /// Area of a source times the kernel between two points.
-    fn kernel(&self, k: usize, from: DVec3, normal: DVec3, to: DVec3) -> f64 {
-        let s = &self.sources[k];
-        let way = to - from;
-        let r2 = way.length_squared();
-        let (here, there) = (normal.dot(way), -s.normal.dot(way));
-        if here > 0.0 && there > 0.0 && r2 > 0.0 {
-            s.area * here * there / (PI * r2 * r2)
-        } else {
-            0.0
-        }
-    }
+/// The kernel cos θ cos θ' / (π r²) between two points.
+fn kernel(s: &Source, from: DVec3, normal: DVec3, to: DVec3) -> f64 {
+    let way = to - from;
+    let r2 = way.length_squared();
+    let (here, there) = (normal.dot(way), -s.normal.dot(way));
+    if here > 0.0 && there > 0.0 && r2 > 0.0 { here * there / (PI * r2 * r2) } else { 0.0 }
 }
 
 /// A point of a triangle, uniform in area (Heitz 2019, "A low-distortion map between triangle and

@@ -68,25 +68,30 @@ pub(super) fn grouped(g: &Geometry, sources: &mut [Source]) -> Vec<Range<usize>>
     if groups.len() <= MOST_GROUPS {
         return groups;
     }
-    let centre = |s: &Source| s.corners.iter().sum::<DVec3>();
     groups = std::iter::once(0..sources.len()).collect();
     while groups.len() < MOST_GROUPS {
         let largest = (0..groups.len()).max_by_key(|&i| (groups[i].len(), groups.len() - i));
         let Some(at) = largest.filter(|&i| groups[i].len() > 1) else { break };
         let range = groups[at].clone();
-        let part = &mut sources[range.clone()];
-        let (low, high) = part
-            .iter()
-            .map(centre)
-            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lo, hi), c| (lo.min(c), hi.max(c)));
-        let extent = high - low;
-        let axis = (0..3).max_by(|&a, &b| extent[a].total_cmp(&extent[b])).unwrap_or(0);
-        part.sort_by(|a, b| {
-            centre(a)[axis].total_cmp(&centre(b)[axis]).then(a.triangle.cmp(&b.triangle))
-        });
-        let middle = range.start + range.len() / 2;
+        let middle = halve(sources, range.clone());
         groups[at] = range.start..middle;
         groups.insert(at + 1, middle..range.end);
     }
     groups
+}
+
+/// Sorts a range of sources along the axis in which they extend farthest; yields its middle.
+pub(super) fn halve(sources: &mut [Source], range: Range<usize>) -> usize {
+    let centre = |s: &Source| s.corners.iter().sum::<DVec3>();
+    let part = &mut sources[range.clone()];
+    let (low, high) = part
+        .iter()
+        .map(centre)
+        .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lo, hi), c| (lo.min(c), hi.max(c)));
+    let extent = high - low;
+    let axis = (0..3).max_by(|&a, &b| extent[a].total_cmp(&extent[b])).unwrap_or(0);
+    part.sort_by(|a, b| {
+        centre(a)[axis].total_cmp(&centre(b)[axis]).then(a.triangle.cmp(&b.triangle))
+    });
+    range.start + range.len() / 2
 }

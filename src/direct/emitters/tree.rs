@@ -1,0 +1,304 @@
+//! A hierarchy over emitting sides, and cuts through it: for receivers that lie together, the few parts
+//! of it that stand for all emitters (Walter et al. 2005, "Lightcuts", where cuts are chosen by a bound of
+//! their error too).
+
+use std::f32::consts::{FRAC_PI_2, PI};
+use std::ops::Range;
+
+use glam::{DVec3, Vec3};
+
+use super::Receiver;
+use super::lanes::{Block, Entry, NEAREST, suitable};
+use super::sources::{Source, Unit, halve};
+use crate::scene::Rgb;
+use crate::visibility::{Bvh, LANES};
+
+/// A part of the hierarchy stands for its sources where it is farther than this many times the root of
+/// its area, and than this many times its radius: its centre then errs by less than a thousandth.
+const FAR: f32 = 20.0;
+
+/// What rounding may add to a distance or an angle.
+const MARGIN: f32 = 1e-3;
+
+/// Emitting sides that lie together, in coordinates of the hierarchy of boxes.
+#[derive(Debug, Clone)]
+struct Node {
+    sources: Range<u32>,
+    /// Where the nodes after it and its parts begin; its first part is the next node.
+    end: u32,
+    /// As a whole: its normal is the mean by area, so shorter than 1.
+    whole: Entry,
+    /// Largest angle between the direction of the mean normal and any.
+    bend: f32,
+    /// Radius of a ball about the centre that holds all units that sources belong to.
+    reach: f32,
+    /// Largest radius and area of these units.
+    largest: (f32, f32),
+    /// Whether all send the same radiance.
+    alike: bool,
+}
+
+/// The hierarchy of one scene's emitting sides.
+#[derive(Debug, Default)]
+pub(super) struct Tree {
+    nodes: Vec<Node>,
+    /// First node of each group.
+    roots: Vec<u32>,
+    /// Areas of all sources before each, and of all.
+    areas: Vec<f64>,
+    /// Each source as an entry.
+    leaves: Vec<Entry>,
+}
+
+/// Parts of the hierarchy that stand for all emitters, as seen by receivers that lie together.
+#[derive(Debug, Default)]
+pub(crate) struct Cut {
+    pub(super) blocks: Vec<Block>,
+    /// Sources of each entry.
+    pub(super) sources: Vec<[(u32, u32); LANES]>,
+    /// Groups that are seen: number, and blocks.
+    pub(super) groups: Vec<(usize, Range<usize>)>,
+    /// Entries in use of the last block.
+    used: usize,
+}
+
+impl Cut {
+    fn push(&mut self, entry: &Entry, sources: &Range<u32>, apart: bool) {
+        if self.used == LANES {
+            self.blocks.push(Block::EMPTY);
+            self.sources.push([(0, 0); LANES]);
+            self.used = 0;
+        }
+        let (at, l) = (self.blocks.len() - 1, self.used);
+        self.blocks[at].set(l, entry, apart);
+        self.sources[at][l] = (sources.start, sources.end);
+        self.used += 1;
+    }
+}
+
+/// Where receivers of a cut lie, and how they are turned.
+#[derive(Debug, Clone, Copy)]
+struct Receivers {
+    centre: Vec3,
+    radius: f32,
+    normal: Vec3,
+    /// Largest angle of a normal from the mean.
+    bend: f32,
+    /// What [`suitable`] asks for at most.
+    clear: f32,
+    largest: f32,
+}
+
+impl Receivers {
+    fn of(all: &[Receiver]) -> Self {
+        let count = all.len().max(1) as f32;
+        let centre = all.iter().map(|r| r.centre).sum::<Vec3>() / count;
+        let normal = all.iter().map(|r| r.normal).sum::<Vec3>().normalize_or_zero();
+        let most = |of: &dyn Fn(&Receiver) -> f32| all.iter().map(of).fold(0.0, f32::max);
+        Self {
+            centre,
+            radius: most(&|r| (r.centre - centre).length() + r.radius),
+            normal,
+            bend: most(&|r| r.normal.dot(normal).clamp(-1.0, 1.0).acos() + r.bend.asin()),
+            clear: most(&|r| r.radius + NEAREST * r.size),
+            largest: all.iter().map(|r| r.largest).fold(f32::INFINITY, f32::min),
+        }
+    }
+}
+
+/// What is known of a node and receivers.
+#[derive(PartialEq)]
+enum Sight {
+    /// All points of one face all points of the other.
+    Whole,
+    /// None do.
+    None,
+    /// Nothing is.
+    Unknown,
+}
+
+impl Tree {
+    /// Over groups of sources, which it sorts so that each node's are neighbours; `unit` is what each
+    /// belongs to.
+    pub fn new(
+        bvh: &Bvh,
+        sources: &mut [Source],
+        groups: &[Range<usize>],
+        unit: impl Fn(&Source) -> Unit,
+    ) -> Self {
+        let mut ranges = Vec::new();
+        let roots = groups
+            .iter()
+            .map(|group| {
+                let root = ranges.len() as u32;
+                divide(sources, group.clone(), &mut ranges);
+                root
+            })
+            .collect();
+        let units: Vec<Unit> = sources.iter().map(unit).collect();
+        let leaves: Vec<Entry> =
+            sources.iter().zip(&units).map(|(s, unit)| Entry::of(bvh, s, unit)).collect();
+        let nodes = ranges
+            .into_iter()
+            .map(|(range, end)| {
+                let (parts, units) = (&sources[range.clone()], &units[range.clone()]);
+                node(bvh, parts, units, &leaves[range.clone()], (range, end))
+            })
+            .collect();
+        let mut areas = vec![0.0];
+        for s in sources.iter() {
+            areas.push(areas[areas.len() - 1] + s.area);
+        }
+        Self { nodes, roots, areas, leaves }
+    }
+
+    /// Whether source `k` is set apart for a receiver.
+    pub fn is_suitable(&self, receiver: &Receiver, k: usize) -> bool {
+        let Entry { unit: (centre, normal, radius, area), .. } = self.leaves[k];
+        suitable(receiver, centre.to_array(), normal.to_array(), radius, area)
+    }
+
+    /// The source of a range below which a share (0..1) of its area lies.
+    pub fn at_share(&self, (start, end): (u32, u32), share: f64) -> usize {
+        let areas = &self.areas[start as usize..=end as usize];
+        let target = areas[0] + share * (areas[areas.len() - 1] - areas[0]);
+        let at = areas.partition_point(|a| *a <= target).clamp(1, areas.len() - 1);
+        start as usize + at - 1
+    }
+
+    /// The parts that stand for all emitters; `apart`: all emitters are set apart for all receivers.
+    pub fn cut(&self, receivers: &[Receiver], apart: bool, cut: &mut Cut) {
+        cut.blocks.clear();
+        cut.sources.clear();
+        cut.groups.clear();
+        let here = Receivers::of(receivers);
+        for (number, &root) in self.roots.iter().enumerate() {
+            let first = cut.blocks.len();
+            cut.used = LANES;
+            let (mut at, end) = (root as usize, self.nodes[root as usize].end as usize);
+            while at < end {
+                let node = &self.nodes[at];
+                let (d, distance) = node.way(&here);
+                let sight = node.sight(&here, d, distance);
+                let leaf = node.sources.len() == 1;
+                if sight == Sight::None {
+                    at = node.end as usize;
+                } else if leaf {
+                    cut.push(&self.leaves[node.sources.start as usize], &node.sources, apart);
+                    at += 1;
+                } else if sight == Sight::Whole
+                    && node.alike
+                    && node.is_far(&here, distance)
+                    && (apart || node.is_apart(&here, distance))
+                {
+                    cut.push(&node.whole, &node.sources, true);
+                    at = node.end as usize;
+                } else {
+                    at += 1;
+                }
+            }
+            if cut.blocks.len() > first {
+                cut.groups.push((number, first..cut.blocks.len()));
+            }
+        }
+    }
+}
+
+impl Node {
+    /// From the middle of the receivers to its own, and how long that is.
+    fn way(&self, here: &Receivers) -> (Vec3, f32) {
+        let d = self.whole.centre - here.centre;
+        (d, d.length())
+    }
+
+    fn sight(&self, here: &Receivers, d: Vec3, distance: f32) -> Sight {
+        let blur = (self.whole.radius + here.radius) / distance;
+        if blur >= 1.0 || blur.is_nan() {
+            return Sight::Unknown;
+        }
+        let blur = blur.asin() + MARGIN;
+        let angle = |normal: Vec3, way: Vec3| {
+            let length = normal.length() * distance;
+            if length > 0.0 { (normal.dot(way) / length).clamp(-1.0, 1.0).acos() } else { 0.0 }
+        };
+        let (there, here) = (
+            (angle(self.whole.normal, -d), self.bend + blur),
+            (angle(here.normal, d), here.bend + blur),
+        );
+        if there.0 - there.1 > FRAC_PI_2 || here.0 - here.1 > FRAC_PI_2 {
+            Sight::None
+        } else if there.0 + there.1 < FRAC_PI_2 && here.0 + here.1 < FRAC_PI_2 {
+            Sight::Whole
+        } else {
+            Sight::Unknown
+        }
+    }
+
+    fn is_far(&self, here: &Receivers, distance: f32) -> bool {
+        let nearest = distance - here.radius;
+        nearest > FAR * self.whole.radius && nearest > FAR * self.whole.area.sqrt()
+    }
+
+    /// Whether all units are set apart for all receivers, whatever [`suitable`] says of each.
+    fn is_apart(&self, here: &Receivers, distance: f32) -> bool {
+        let nearest = (distance - self.reach - here.radius) * (1.0 - MARGIN);
+        nearest > self.largest.0 + here.clear
+            && self.largest.1 < here.largest * PI * nearest * nearest
+    }
+}
+
+/// Ranges of sources, each halved until one is left, and where the ranges after its parts begin.
+fn divide(sources: &mut [Source], range: Range<usize>, found: &mut Vec<(Range<usize>, usize)>) {
+    let own = found.len();
+    found.push((range.clone(), 0));
+    if range.len() > 1 {
+        let middle = halve(sources, range.clone());
+        divide(sources, range.start..middle, found);
+        divide(sources, middle..range.end, found);
+    }
+    found[own].1 = found.len();
+}
+
+fn node(
+    bvh: &Bvh,
+    sources: &[Source],
+    units: &[Unit],
+    leaves: &[Entry],
+    (range, end): (Range<usize>, usize),
+) -> Node {
+    let area: f64 = sources.iter().map(|s| s.area).sum();
+    let mean = |of: &dyn Fn(&Source) -> DVec3| {
+        sources.iter().map(|s| of(s) * s.area).sum::<DVec3>() / area.max(f64::MIN_POSITIVE)
+    };
+    let centre = mean(&|s| s.corners.iter().sum::<DVec3>() / 3.0);
+    let normal = mean(&|s| s.normal);
+    let axis = normal.normalize_or_zero();
+    let farthest = |from: DVec3, corners: &mut dyn Iterator<Item = DVec3>| {
+        corners.map(|c| (c - from).length()).fold(0.0, f64::max)
+    };
+    let radius = farthest(centre, &mut sources.iter().flat_map(|s| s.corners));
+    let scale = bvh.scale();
+    let reach =
+        units.iter().map(|u| (u.centre - centre).length() + u.radius).fold(0.0, f64::max) / scale;
+    let bend = sources.iter().map(|s| s.normal.dot(axis).clamp(-1.0, 1.0).acos());
+    let radiance: Rgb = mean(&|s| s.radiance);
+    let whole = Entry {
+        centre: bvh.local(centre),
+        normal: normal.as_vec3(),
+        radius: (radius / scale) as f32,
+        area: (area / (scale * scale)) as f32,
+        radiance: radiance.as_vec3(),
+        luminance: super::lanes::brightness(radiance),
+        unit: leaves[0].unit,
+    };
+    let most = |of: &dyn Fn(&Entry) -> f32| leaves.iter().map(of).fold(0.0, f32::max);
+    Node {
+        sources: range.start as u32..range.end as u32,
+        end: end as u32,
+        whole,
+        bend: bend.fold(0.0, f64::max) as f32,
+        reach: reach as f32,
+        largest: (most(&|e| e.unit.2), most(&|e| e.unit.3)),
+        alike: sources.iter().all(|s| s.radiance == sources[0].radiance),
+    }
+}
