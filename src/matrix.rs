@@ -6,22 +6,22 @@
 
 mod layout;
 mod lumped;
+mod names;
 mod report;
 mod stored;
 
 use glam::DVec3;
 use thiserror::Error;
 
-use std::collections::BTreeMap;
-
 pub use layout::{Face, Layout};
 pub use lumped::Lumped;
+use names::{Names, name_of};
 pub use report::{ClosureReport, MatrixReport, NamedRow, ThresholdReport};
 pub use stored::{Origin, Stored, StoredError, hexadecimal};
 
 use crate::form_factors::{
-    AssembleError, BLOCK, Closure, ClosureError, Engine, EngineError, FormFactors, Row, RowAccount,
-    SinkError, assemble_whole, close, drop_below,
+    AssembleError, BLOCK, Engine, EngineError, FormFactors, Row, RowAccount, SinkError,
+    assemble_whole, close, drop_below,
 };
 use crate::patches::{PatchId, Patches, PatchesError};
 use crate::progress::Progress;
@@ -410,87 +410,5 @@ impl Rows for Matrix {
 
     fn surfaces(&self, geometry: &Geometry) -> Vec<SurfaceRow> {
         (0..self.len()).map(|i| self.surface_row(geometry, i)).collect()
-    }
-}
-
-fn name_of<'a>(geometry: &'a Geometry, layout: &Layout, i: usize) -> &'a str {
-    let surface = geometry.surface_of[layout.faces[i].triangle.index()];
-    geometry.surfaces.get(surface as usize).map_or("", |s| &s.name)
-}
-
-/// Says which rows and surfaces patches are.
-struct Names<'a> {
-    geometry: &'a Geometry,
-    patches: &'a Patches,
-    layout: &'a Layout,
-}
-
-impl Names<'_> {
-    fn row(&self, patch: PatchId, value: f64) -> NamedRow {
-        let row = self.layout.row_of(patch.0) as usize;
-        let surface = name_of(self.geometry, self.layout, row).to_owned();
-        NamedRow { row, surface, value }
-    }
-
-    fn closure(&self, closure: &Closure) -> ClosureReport {
-        let scales = || self.patches.ids().zip(closure.right.iter().copied());
-        ClosureReport {
-            steps: closure.steps,
-            residual: closure.residual,
-            asymmetry: closure.asymmetry,
-            smallest_scale: scales().map(|s| s.1).fold(1.0, f64::min),
-            largest_scale: scales().map(|s| s.1).fold(1.0, f64::max),
-            outside: scales()
-                .filter(|s| !(report::MODEST.contains(&s.1)))
-                .map(|(i, d)| self.row(i, d))
-                .collect(),
-        }
-    }
-
-    fn failure(
-        &self,
-        error: ClosureError,
-        too_large: impl Fn(SinkError) -> MatrixError,
-    ) -> MatrixError {
-        match error {
-            ClosureError::Open(rows) => {
-                MatrixError::Open(self.surfaces(&rows, |share| share, "up to"))
-            }
-            ClosureError::Stalled(rows) => {
-                MatrixError::Stalled(self.surfaces(&rows, |sum| (sum - 1.0).abs(), "off by up to"))
-            }
-            ClosureError::Sink(e) => too_large(e),
-            ClosureError::Cancelled => MatrixError::Cancelled,
-        }
-    }
-
-    /// The surfaces of rows, the worst first: how many rows of each and how bad they are.
-    fn surfaces(
-        &self,
-        rows: &[(PatchId, f64)],
-        badness: impl Fn(f64) -> f64,
-        word: &str,
-    ) -> String {
-        /// So many are named.
-        const NAMED: usize = 5;
-        let mut worst: BTreeMap<String, (usize, f64)> = BTreeMap::new();
-        for &(patch, value) in rows {
-            let entry = worst.entry(self.row(patch, value).surface).or_default();
-            *entry = (entry.0 + 1, entry.1.max(badness(value)));
-        }
-        let mut worst: Vec<(String, (usize, f64))> = worst.into_iter().collect();
-        worst.sort_by(|a, b| b.1.1.total_cmp(&a.1.1));
-        let more = worst.len().saturating_sub(NAMED);
-        let mut text: Vec<String> = worst
-            .iter()
-            .take(NAMED)
-            .map(|(name, (n, worst))| {
-                format!("{n} patches of surface {name} ({word} {:.1} %)", 100.0 * worst)
-            })
-            .collect();
-        if more > 0 {
-            text.push(format!("{more} more surfaces"));
-        }
-        text.join(", ")
     }
 }

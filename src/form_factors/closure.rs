@@ -13,7 +13,8 @@
 //! zero (Sinkhorn & Knopp 1967, "Concerning nonnegative matrices and doubly stochastic matrices";
 //! symmetric matrices: Csima & Datta 1972, "The DAD theorem for symmetric non-negative matrices").
 //! For form factors van Leersum (1989) and Lawson (1995, "An improved method for smoothing
-//! approximate exchange areas") closed them so. They are found by Newton's method ([`scaling`]).
+//! approximate exchange areas") reach the same two conditions by other iterations. The scales are found
+//! by Newton's method ([`scaling`]).
 
 mod exchange;
 pub mod scaling;
