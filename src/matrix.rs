@@ -25,7 +25,7 @@ use crate::form_factors::{
 };
 use crate::patches::{PatchId, Patches, PatchesError};
 use crate::progress::Progress;
-use crate::scene::{Geometry, Side};
+use crate::scene::{Geometry, Part, Side};
 use crate::solution::{Clock, EngineOptions, LightError, amount, rows_report};
 use crate::visibility::{Bvh, COVERED, looks_inside_out, uncover};
 
@@ -213,10 +213,13 @@ pub fn make(
     let sums = patches.ids().map(|i| factors.row_sum(i)).collect();
     let named = Names { geometry, patches: &patches, layout: &layout };
     let covered = patches.ids().filter(|&i| factors.account(i).back > COVERED);
+    let count = |part: Part| geometry.part.iter().filter(|&&p| p == part).count();
     let mut report = MatrixReport {
         source_triangles: geometry.len(),
         rows: layout.len(),
-        empty_rows: layout.faces.iter().filter(|f| f.patch.is_none()).count(),
+        degenerate: count(Part::Degenerate),
+        duplicate: count(Part::Duplicate),
+        transparent: count(Part::Transparent),
         two_sided: layout.faces.iter().any(|f| f.side == Side::Back),
         patch_size: options.patch_size,
         engine: Some(engine),

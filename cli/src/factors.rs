@@ -33,6 +33,7 @@ pub fn run(args: &Factors) -> Result<(), Failure> {
         FaceSides::Two => SidesChoice::Two,
     };
     let scene = input::read_model(&args.model, sides, 0.9)?;
+    input::say_findings(&scene, args.quiet);
     let options = MatrixOptions {
         patch_size: args.patch_size,
         engine,
@@ -168,8 +169,12 @@ fn say_report(matrix: &Matrix, verbose: bool) {
         "{}: {} faces, {} rows, {} form factors ({per_cent:.1} % of all pairs)",
         r.scene, r.source_triangles, r.rows, r.entries
     );
-    if r.empty_rows > 0 {
-        line += &format!(", {} rows of faces that take no part", r.empty_rows);
+    for (count, kind) in
+        [(r.degenerate, "degenerate"), (r.duplicate, "duplicate"), (r.transparent, "transparent")]
+    {
+        if count > 0 {
+            line += &format!(", {count} {kind} faces without factors");
+        }
     }
     if let Some(groups) = r.groups {
         line += &format!(", lumped to {groups} surfaces");

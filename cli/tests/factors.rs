@@ -149,6 +149,8 @@ fn faces_that_take_no_part_keep_rows_of_zeros() {
         assert_eq!((f[*i][2], f[*i][5]), (0.0, 0.0));
     }
     assert!(f[2].iter().chain(&f[5]).all(|f| *f == 0.0));
+    let said = bench.run(&["factors", "room.obj"]).ok().stderr;
+    assert!(said.contains("1 degenerate faces") && said.contains("1 duplicate faces"), "{said}");
 }
 
 #[test]

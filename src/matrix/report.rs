@@ -19,8 +19,12 @@ pub struct MatrixReport {
     pub source_triangles: usize,
     /// Rows, and columns, of the matrix before lumping.
     pub rows: usize,
-    /// Rows of triangles that take no part (degenerate, duplicate, transparent): zero.
-    pub empty_rows: usize,
+    /// Triangles without area: their rows are zero.
+    pub degenerate: usize,
+    /// Triangles that coincide with an earlier one: their rows are zero.
+    pub duplicate: usize,
+    /// Triangles that let light through: their rows are zero.
+    pub transparent: usize,
     /// Whether the backs of triangles have rows too.
     pub two_sided: bool,
     /// Largest area of a patch in m²; none if every triangle is a patch.
