@@ -1,12 +1,22 @@
 //! Results in files, one format a file; a file is complete or absent.
 
+mod csv;
+mod mtx;
+mod npy;
+mod npz;
 mod png;
 
-use std::io::Write;
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
+pub use csv::{write_csv, write_csv_file, write_surfaces};
+pub use mtx::write_mtx;
+pub use npy::write_npy;
+pub use npz::read::{ReadError, read_npz};
+pub use npz::write_npz;
 pub use png::write_png;
 
 /// Why a file was not written.
@@ -18,7 +28,7 @@ pub enum ExportError {
         /// The file.
         path: PathBuf,
         /// What the system said.
-        source: std::io::Error,
+        source: io::Error,
     },
     /// The picture could not be encoded.
     #[error("cannot encode {}: {message}", path.display())]
@@ -28,6 +38,9 @@ pub enum ExportError {
         /// What the encoder said.
         message: String,
     },
+    /// The caller cancelled.
+    #[error("cancelled")]
+    Cancelled,
 }
 
 /// Whether a file can be made beside `path`; worth asking before long work.
@@ -45,9 +58,25 @@ fn temporary(path: &Path) -> Result<tempfile::NamedTempFile, ExportError> {
 /// Writes `bytes` to `path`: first beside it, then in its place, so that nobody ever sees half a
 /// file.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), ExportError> {
-    let fail = |source| ExportError::Io { path: path.to_path_buf(), source };
-    let mut file = temporary(path)?;
-    file.write_all(bytes).map_err(fail)?;
+    write_with(path, |file| file.write_all(bytes))
+}
+
+/// The same with a function that writes; it fails as interrupted if the caller cancelled.
+fn write_with(
+    path: &Path,
+    write: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>,
+) -> Result<(), ExportError> {
+    /// Bytes written at once.
+    const BUFFER: usize = 1 << 20;
+    let fail = |source: io::Error| match source.kind() {
+        io::ErrorKind::Interrupted => ExportError::Cancelled,
+        _ => ExportError::Io { path: path.to_path_buf(), source },
+    };
+    let file = temporary(path)?;
+    let mut buffer = BufWriter::with_capacity(BUFFER, file.as_file());
+    write(&mut buffer).map_err(fail)?;
+    buffer.flush().map_err(fail)?;
+    drop(buffer);
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;

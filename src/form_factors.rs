@@ -8,6 +8,7 @@
 //! ```
 
 pub mod classical;
+pub mod closure;
 pub mod delta;
 pub mod hemicube;
 #[cfg(feature = "gpu")]
@@ -20,8 +21,11 @@ mod rows;
 pub(crate) mod sampling;
 mod stored;
 mod tally;
+mod threshold;
+mod whole;
 
 pub use classical::Classical;
+pub use closure::{Closure, ClosureError, close};
 pub use hemicube::{Draw, Hemicube, HemicubeError, HemicubeOptions};
 #[cfg(feature = "gpu")]
 pub use hemicube_gpu::{AdapterReport, Gpu, GpuError, GpuSeconds, HemicubeGpu};
@@ -31,3 +35,5 @@ pub use rows::{Engine, EngineError, Row, RowSink, SinkError, Weights};
 pub use stored::{
     AssembleError, BLOCK, FormFactors, Merger, RowAccount, Values, assemble, entry_bytes,
 };
+pub use threshold::drop_below;
+pub use whole::assemble_whole;

@@ -13,7 +13,10 @@ pub mod inspect;
 mod obj;
 pub mod optics;
 pub mod photometry;
+mod ply;
 mod polygon;
+mod soup;
+mod stl;
 pub mod texture;
 
 use std::sync::Arc;

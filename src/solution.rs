@@ -106,7 +106,8 @@ impl EngineOptions {
         if let Self::Rays { .. } = self { SAMPLED_PATCHES } else { DEFAULT_PATCHES }
     }
 
-    fn report(&self, engine: &dyn Engine) -> EngineReport {
+    /// What the report says of it.
+    pub(crate) fn report(&self, engine: &dyn Engine) -> EngineReport {
         let hemicube = match self {
             Self::Hemicube(options) => Some(options),
             #[cfg(feature = "gpu")]
@@ -194,7 +195,7 @@ pub enum LightError {
 }
 
 /// Bytes as people say them.
-fn amount(bytes: u64) -> String {
+pub(crate) fn amount(bytes: u64) -> String {
     match bytes {
         0..1_048_576 => format!("{} KiB", bytes.div_ceil(1 << 10)),
         _ => format!("{} MiB", bytes.div_ceil(1 << 20)),
@@ -298,22 +299,69 @@ pub fn light(
         }
     };
     clock.lap("form factors");
+    let apart = match options.engine {
+        EngineOptions::Rays { direct, .. } => Some(direct),
+        _ => None,
+    };
+    let made = Made { patches, factors, bvh, apart, patch_size, engine: engine_report };
+    lit_by(scene, made, &lamps, options, clock, progress)
+}
 
+/// Lights a scene by the form factors of patches that are there already.
+pub fn light_by(
+    scene: &Scene,
+    patches: Patches,
+    factors: FormFactors,
+    options: &LightOptions,
+    progress: &dyn Progress,
+) -> Result<Solution, LightError> {
+    let clock = Clock::start();
+    let bvh = Bvh::new(&scene.geometry);
+    let lamps = direct::from_lamps(scene, &patches, &bvh);
+    let patch_size = patches.ids().map(|i| patches.area(i)).fold(0.0, f64::max);
+    let engine =
+        EngineReport { name: "stored", device: None, resolution: None, draw: None, samples: None };
+    let made = Made { patches, factors, bvh, apart: None, patch_size, engine };
+    lit_by(scene, made, &lamps, options, clock, progress)
+}
+
+/// What light goes by.
+struct Made {
+    patches: Patches,
+    factors: FormFactors,
+    bvh: Bvh,
+    /// How emitters are set apart from the factors, if they are.
+    apart: Option<ApartOptions>,
+    patch_size: f64,
+    engine: EngineReport,
+}
+
+/// Solves the balance of light by the form factors made.
+fn lit_by(
+    scene: &Scene,
+    made: Made,
+    lamps: &[Rgb],
+    options: &LightOptions,
+    mut clock: Clock,
+    progress: &dyn Progress,
+) -> Result<Solution, LightError> {
+    let geometry = &scene.geometry;
+    let Made { patches, factors, bvh, apart, patch_size, engine } = made;
     let rho = direct::reflectance(&scene.optics, &patches);
     let emission = direct::emission(&scene.optics, &patches);
-    let mut direct = match options.engine {
-        EngineOptions::Rays { direct: apart, .. } => {
+    let mut direct = match apart {
+        Some(apart) => {
             progress.stage("direct light", 0);
             let found = direct::apart(scene, &patches, &factors, &bvh, apart);
             clock.lap("direct light");
             found
         }
-        _ => direct::through_rows(&factors, &emission, scene.sky)
+        None => direct::through_rows(&factors, &emission, scene.sky)
             .into_iter()
             .map(DirectLight::from)
             .collect(),
     };
-    for (direct, lamps) in direct.iter_mut().zip(&lamps) {
+    for (direct, lamps) in direct.iter_mut().zip(lamps) {
         *direct += *lamps;
     }
     let areas: Vec<f64> = patches.ids().map(|i| patches.area(i)).collect();
@@ -337,14 +385,14 @@ pub fn light(
         patches: patches.len(),
         clusters: patches.ids().filter(|&i| patches.is_cluster(i)).count(),
         patch_size,
-        engine: Some(engine_report),
+        engine: Some(engine),
         rows: Some(rows_report(&factors, &areas)),
         solve: Some(solved),
         sampling_error: halves.as_ref().map(|halves| {
             let lit = |i: usize| usable[i].then(|| areas[i]);
             sampling_error(&irradiance, halves, lit)
         }),
-        energy: Some(EnergyBalance::of(&system, &emission, scene.sky, Some(&lamps), &irradiance)),
+        energy: Some(EnergyBalance::of(&system, &emission, scene.sky, Some(lamps), &irradiance)),
         stages: clock.stages,
         peak_memory_bytes: None,
     };
@@ -470,7 +518,8 @@ fn check_memory(
 /// Rows in the sample that reciprocity is measured on.
 const RECIPROCITY_ROWS: usize = 64;
 
-fn rows_report(factors: &FormFactors, areas: &[f64]) -> RowsReport {
+/// The account of all rows.
+pub(crate) fn rows_report(factors: &FormFactors, areas: &[f64]) -> RowsReport {
     let n = factors.len();
     let with_row: Vec<PatchId> =
         (0..n as u32).map(PatchId).filter(|&i| factors.has_row(i)).collect();
@@ -509,17 +558,18 @@ fn rows_report(factors: &FormFactors, areas: &[f64]) -> RowsReport {
     }
 }
 
-struct Clock {
+/// Seconds of one stage after the other.
+pub(crate) struct Clock {
     last: Instant,
-    stages: Vec<Stage>,
+    pub(crate) stages: Vec<Stage>,
 }
 
 impl Clock {
-    fn start() -> Self {
+    pub(crate) fn start() -> Self {
         Self { last: Instant::now(), stages: Vec::new() }
     }
 
-    fn lap(&mut self, name: &'static str) {
+    pub(crate) fn lap(&mut self, name: &'static str) {
         self.stages.push(Stage { name, seconds: self.last.elapsed().as_secs_f64() });
         self.last = Instant::now();
     }

@@ -1,11 +1,15 @@
 //! The command line.
 
+mod factors;
+
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use glam::DVec3;
 use hemicube::form_factors::rays::MOST_SAMPLES;
 use hemicube::gather::{FEWEST_RAYS, GatherOptions, MOST_RAYS};
+
+pub use factors::{FaceSides, Factors};
 
 /// Radiosity: pictures of scenes lit by the exchange of diffuse light.
 #[derive(Debug, Parser)]
@@ -25,6 +29,9 @@ pub enum Command {
     /// Measure irradiance at points or on a work plane, as CSV
     #[command(after_long_help = PROBE_EXAMPLES)]
     Probe(Box<Probe>),
+    /// Make the matrix of form factors (view factors) of a model
+    #[command(after_long_help = factors::EXAMPLES)]
+    Factors(Box<Factors>),
     /// Say what a model holds, and what is wrong or doubtful with it
     #[command(after_long_help = INFO_EXAMPLES)]
     Info(Box<Info>),
@@ -101,10 +108,10 @@ pub struct Info {
     pub input: Input,
 }
 
-/// Which scene, and how it is read.
+/// Which model, and how its geometry is read.
 #[derive(Debug, Args)]
-pub struct Input {
-    /// A model (.gltf .glb .obj) or the name of a built-in scene
+pub struct Model {
+    /// A model (.gltf .glb .obj .stl .ply) or the name of a built-in scene
     pub scene: String,
 
     /// Unit of the model's coordinates
@@ -114,6 +121,18 @@ pub struct Input {
     /// What is upwards, in the scene and in the picture, like 0,0,1 [default: 0,1,0]
     #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
     pub up: Option<DVec3>,
+
+    /// Turn every triangle round: for a room exported with its faces outwards
+    #[arg(long, hide_short_help = true)]
+    pub flip: bool,
+}
+
+/// Which scene, and how it is read.
+#[derive(Debug, Args)]
+pub struct Input {
+    /// Its geometry.
+    #[command(flatten)]
+    pub model: Model,
 
     /// Which sides of surfaces reflect
     #[arg(long, value_enum, default_value_t = SidesArg::File, hide_short_help = true)]
@@ -226,6 +245,10 @@ pub struct Light {
     /// Another seed gives other rays
     #[arg(long, value_name = "N", hide_short_help = true)]
     pub seed: Option<u32>,
+
+    /// Light by form factors that hemicube factors stored (.npz)
+    #[arg(long, value_name = "FILE", hide_short_help = true)]
+    pub factors: Option<PathBuf>,
 
     /// How the energy balance is solved
     #[arg(long, value_enum, default_value_t = SolverChoice::GaussSeidel, hide_short_help = true)]

@@ -20,7 +20,7 @@ pub fn run(args: &Info) -> Result<(), Failure> {
             message: String::from(
                 "most fronts see nothing while their backs see surfaces: the normals point outwards",
             ),
-            remedy: String::from("flip the normals in the modeller, or use --sides two"),
+            remedy: String::from("turn them round with --flip, or use --sides two"),
         });
     }
     scene.findings.extend(covered(&scene));

@@ -10,33 +10,43 @@ use hemicube::scene::{
 };
 use hemicube::visibility::{Occluders, Surroundings, share};
 
-use crate::args::{Emission, Input, MOST_RADIANCE, Render, SidesArg};
+use crate::args::{Emission, Input, MOST_RADIANCE, Model, Render, SidesArg};
 use crate::failure::Failure;
 use crate::terminal::say;
 
-/// Reads the scene: an existing path, or else a built-in's name.
-pub fn read(args: &Input) -> Result<Scene, Failure> {
-    let path = Path::new(&args.scene);
+/// Reads the model: an existing path, or else a built-in's name.
+pub fn read_model(
+    model: &Model,
+    sides: SidesChoice,
+    max_reflectance: f64,
+) -> Result<Scene, Failure> {
+    let path = Path::new(&model.scene);
     let mut scene = if path.exists() {
-        let options = ImportOptions {
-            unit: args.unit.metres(),
-            up: args.up,
-            max_reflectance: args.max_reflectance,
-            sides: match args.sides {
-                SidesArg::File => SidesChoice::File,
-                SidesArg::One => SidesChoice::One,
-                SidesArg::Two => SidesChoice::Two,
-            },
-        };
-        load(path, &options).map_err(Failure::input)?
+        let (unit, up) = (model.unit.metres(), model.up);
+        load(path, &ImportOptions { unit, up, max_reflectance, sides }).map_err(Failure::input)?
     } else {
-        builtin::build(&args.scene).ok_or_else(|| no_such_scene(&args.scene))?
+        builtin::build(&model.scene).ok_or_else(|| no_such_scene(&model.scene))?
     };
-    scene.optics.limit_reflectance(args.max_reflectance);
-    if let Some(up) = args.up {
+    scene.choose_sides(sides);
+    if model.flip {
+        scene.flip();
+    }
+    if let Some(up) = model.up {
         scene.up =
             up.try_normalize().ok_or_else(|| Failure::input("--up 0,0,0 has no direction"))?;
     }
+    Ok(scene)
+}
+
+/// Reads the scene and lights it as the command line says.
+pub fn read(args: &Input) -> Result<Scene, Failure> {
+    let sides = match args.sides {
+        SidesArg::File => SidesChoice::File,
+        SidesArg::One => SidesChoice::One,
+        SidesArg::Two => SidesChoice::Two,
+    };
+    let mut scene = read_model(&args.model, sides, args.max_reflectance)?;
+    scene.optics.limit_reflectance(args.max_reflectance);
     if let Some(sky) = args.sky {
         if sky.min_element() < 0.0 || sky.max_element() > MOST_RADIANCE {
             return Err(Failure::input("--sky: a radiance lies between 0 and 1e30"));
@@ -131,7 +141,7 @@ pub fn camera(scene: &Scene, args: &Render) -> Result<Camera, Failure> {
     } else {
         chosen(scene, args.light.quiet)?
     };
-    if args.input.up.is_some() {
+    if args.input.model.up.is_some() {
         camera.up = scene.up;
     }
     if let Some(vfov) = args.vfov {

@@ -1,6 +1,7 @@
 //! The program `hemicube`: radiosity pictures of 3-D scenes.
 
 mod args;
+mod factors;
 mod failure;
 mod info;
 mod input;
@@ -23,6 +24,7 @@ fn main() -> ExitCode {
     let result = match arguments.command {
         Command::Render(r) => render::run(&r),
         Command::Probe(p) => probe::run(&p),
+        Command::Factors(f) => factors::run(&f),
         Command::Info(i) => info::run(&i),
         Command::Scenes => scenes::run(),
         Command::Paper(p) => paper::run(&p),

@@ -73,7 +73,7 @@ pub fn run(args: &Probe) -> Result<(), Failure> {
 /// How the scene is lit, where the command line leaves it open.
 fn light_of(args: &Probe, scene: &Scene) -> Light {
     let mut light = args.light.clone();
-    let rays = light.engine() == EngineArg::Rays;
+    let rays = light.engine() == EngineArg::Rays && light.factors.is_none();
     // Large models may have their triangles joined, which says how large patches are.
     let small = scene.geometry.len() as u64 <= MANY_SIDES / 2 && light.cluster != ClusterArg::On;
     if rays {

@@ -5,15 +5,16 @@ use std::time::Instant;
 
 use clap::ValueEnum;
 use hemicube::direct::ApartOptions;
-use hemicube::export::{can_write, write_png, write_whole};
-use hemicube::form_factors::{Draw, EngineError, HemicubeOptions, RaysOptions};
+use hemicube::export::{can_write, read_npz, write_png, write_whole};
+use hemicube::form_factors::{Draw, EngineError, FormFactors, HemicubeOptions, RaysOptions};
+use hemicube::patches::Patches;
 use hemicube::progress::Progress;
 use hemicube::refine::factor::RefineError;
 use hemicube::render::{PictureOptions, RenderError, Renderer, check};
 use hemicube::report::{Report, Stage};
 use hemicube::scene::Scene;
 use hemicube::solution::{
-    Adaptive, Clustering, EngineOptions, LightError, LightOptions, Solution, light,
+    Adaptive, Clustering, EngineOptions, LightError, LightOptions, Solution, light, light_by,
 };
 use hemicube::solve::{Method, SolveOptions};
 use hemicube::tone::{KEY, Tone};
@@ -30,6 +31,9 @@ use crate::terminal::{Bar, catch_interrupts, print, say};
 pub fn run(args: &Render) -> Result<(), Failure> {
     catch_interrupts();
     set_threads(args.light.threads)?;
+    if args.light.factors.is_some() && args.light.seed.is_some() {
+        return Err(Failure::input("--seed is not used with --factors; leave it out"));
+    }
     let mut scene = input::read(&args.input)?;
     let output = output_of(&scene, args)?;
     let camera = input::camera(&scene, args)?;
@@ -136,7 +140,14 @@ pub fn lit(scene: &Scene, args: &Light, bar: &Bar) -> Result<Solution, Failure> 
         },
         memory,
     };
-    let solution = light(scene, &options, bar).map_err(|e| match e {
+    let solution = match &args.factors {
+        Some(path) => {
+            let (patches, factors) = stored(path, scene, args, memory)?;
+            light_by(scene, patches, factors, &options, bar)
+        }
+        None => light(scene, &options, bar),
+    };
+    let solution = solution.map_err(|e| match e {
         e if e.is_cancelled() => Failure::Cancelled,
         LightError::Patches(_)
         | LightError::NoSky
@@ -169,8 +180,33 @@ pub fn lit(scene: &Scene, args: &Light, bar: &Bar) -> Result<Solution, Failure> 
     Ok(solution)
 }
 
+/// Form factors stored before for this scene.
+fn stored(
+    path: &Path,
+    scene: &Scene,
+    args: &Light,
+    memory: u64,
+) -> Result<(Patches, FormFactors), Failure> {
+    let unused = [
+        ("--patch-size", args.patch_size.is_some()),
+        ("--max-factor", args.max_factor.is_some()),
+        ("--cluster", args.cluster != ClusterArg::Auto),
+        ("--engine", args.engine.is_some()),
+        ("--device", args.device.is_some()),
+        ("--resolution", args.resolution.is_some()),
+        ("--draw", args.draw.is_some()),
+        ("--samples", args.samples.is_some()),
+    ];
+    if let Some((flag, _)) = unused.iter().find(|f| f.1) {
+        return Err(Failure::Input(format!("{flag} is not used with --factors; leave it out")));
+    }
+    let read = read_npz(path, memory).map_err(Failure::input)?;
+    read.restore(&scene.geometry, memory)
+        .map_err(|e| Failure::Input(format!("{}: {e}", path.display())))
+}
+
 /// The engine asked for; a flag that it does not use is an error.
-fn engine_of(args: &Light) -> Result<EngineOptions, Failure> {
+pub fn engine_of(args: &Light) -> Result<EngineOptions, Failure> {
     let engine = args.engine();
     let hemicubes = [
         ("--device", args.device.is_some()),

@@ -11,7 +11,7 @@ use common::{Bench, OPEN_MODEL, glb, noise};
 /// Runs on a model that cannot be read, and looks whether its message names the file.
 fn refuse_model(name: &str, bytes: impl AsRef<[u8]>, parts: &[&str]) {
     let bench = Bench::new().with(name, bytes);
-    for command in ["render", "info"] {
+    for command in ["render", "info", "factors"] {
         bench.run(&[command, name]).refused(&[&[name], parts].concat());
         assert_eq!(bench.files(), [name], "{command} left something behind");
     }
@@ -19,7 +19,7 @@ fn refuse_model(name: &str, bytes: impl AsRef<[u8]>, parts: &[&str]) {
 
 #[test]
 fn an_empty_file() {
-    for name in ["model.obj", "model.glb", "model.gltf"] {
+    for name in ["model.obj", "model.glb", "model.gltf", "model.stl", "model.ply"] {
         refuse_model(name, "", &["empty"]);
     }
 }
@@ -80,7 +80,7 @@ fn a_file_without_triangles() {
 #[test]
 fn megabytes_of_noise() {
     let noise = noise(3 << 20);
-    for name in ["noise.obj", "noise.glb", "noise.gltf"] {
+    for name in ["noise.obj", "noise.glb", "noise.gltf", "noise.stl", "noise.ply"] {
         refuse_model(name, &noise, &[]);
     }
 }

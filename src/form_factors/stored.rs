@@ -1,5 +1,7 @@
 //! The matrix of form factors, kept row by row, and the driver that has it made.
 
+mod edit;
+
 use std::ops::{ControlFlow, Range};
 use std::sync::Arc;
 

@@ -173,6 +173,13 @@ impl Geometry {
         }
     }
 
+    /// Turns every triangle round: fronts become backs.
+    pub fn flip(&mut self) {
+        for triangle in &mut self.triangles {
+            triangle.swap(1, 2);
+        }
+    }
+
     /// A fingerprint of everything that form factors depend on: positions, triangles, sides and
     /// which take part. Materials do not enter.
     #[must_use]

@@ -9,12 +9,12 @@ use glam::DVec3;
 
 use super::builder::{MAX_REFLECTANCE, SceneBuilder};
 use super::geometry::Sides;
-use super::{Lamp, Scene, gltf, obj};
+use super::{Lamp, Scene, gltf, obj, ply, stl};
 
 /// Which sides of triangles reflect.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum SidesChoice {
-    /// As the file says: glTF by `doubleSided`; both in OBJ, which does not say.
+    /// As the file says: glTF by `doubleSided`; both in the other formats, which do not say.
     #[default]
     File,
     /// Fronts only; backs absorb what arrives.
@@ -135,7 +135,7 @@ impl fmt::Display for Place {
     }
 }
 
-const READ: &str = ".gltf, .glb or .obj";
+const READ: &str = ".gltf, .glb, .obj, .stl or .ply";
 
 /// Most triangles and vertices of a scene. A small file can ask for more than any memory holds by
 /// instancing a mesh over and over.
@@ -190,7 +190,7 @@ impl Source<'_> {
     }
 }
 
-/// Reads a model: glTF 2.0 (`.gltf`, `.glb`) or Wavefront OBJ (`.obj`).
+/// Reads a model: glTF 2.0 (`.gltf`, `.glb`), Wavefront OBJ (`.obj`), STL (`.stl`) or PLY (`.ply`).
 ///
 /// What is doubtful, or was assumed, is in the scene's findings.
 ///
@@ -207,6 +207,8 @@ pub fn load(path: &Path, options: &ImportOptions) -> Result<Scene, SceneError> {
     let read = match extension.as_deref() {
         Some("gltf" | "glb") => gltf::read,
         Some("obj") => obj::read,
+        Some("stl") => stl::read,
+        Some("ply") => ply::read,
         _ => return Err(SceneError::UnknownFormat { path: path.into() }),
     };
     let bytes = fs::read(path).map_err(unreadable)?;
@@ -234,7 +236,7 @@ pub fn load(path: &Path, options: &ImportOptions) -> Result<Scene, SceneError> {
             "check the model's scale and --unit",
         ));
     }
-    set_sides(&mut scene, options.sides);
+    scene.choose_sides(options.sides);
     Ok(scene)
 }
 
@@ -274,16 +276,27 @@ fn scale(scene: &mut Scene, unit: f64) {
     }
 }
 
-fn set_sides(scene: &mut Scene, choice: SidesChoice) {
-    let sides = match choice {
-        SidesChoice::File => return,
-        SidesChoice::One => Sides::One,
-        SidesChoice::Two => Sides::Two,
-    };
-    scene.geometry.sides.fill(sides);
-    if sides == Sides::One {
-        for material in &mut scene.optics.materials {
-            material.emits_both = false;
+impl Scene {
+    /// Lets other sides reflect than the model says.
+    pub fn choose_sides(&mut self, choice: SidesChoice) {
+        let sides = match choice {
+            SidesChoice::File => return,
+            SidesChoice::One => Sides::One,
+            SidesChoice::Two => Sides::Two,
+        };
+        self.geometry.sides.fill(sides);
+        if sides == Sides::One {
+            for material in &mut self.optics.materials {
+                material.emits_both = false;
+            }
+        }
+    }
+
+    /// Turns every triangle round: fronts become backs.
+    pub fn flip(&mut self) {
+        self.geometry.flip();
+        for uv in &mut self.optics.uv {
+            uv.swap(1, 2);
         }
     }
 }
@@ -308,7 +321,7 @@ mod tests {
         assert!(message(&at("empty.obj")).contains("empty.obj: is empty"));
         assert!(message(&at("folder.obj")).contains("is a directory; name the model file"));
         for name in ["model.fbx", "bare"] {
-            assert!(message(&at(name)).contains(".gltf, .glb or .obj"));
+            assert!(message(&at(name)).contains(READ));
         }
         let error = load(&at("folder.obj"), &ImportOptions::default());
         assert!(matches!(error, Err(SceneError::Directory { .. })));
@@ -324,7 +337,7 @@ mod tests {
             })
             .collect();
         let folder = tempfile::tempdir().unwrap();
-        for name in ["noise.obj", "noise.gltf", "noise.glb"] {
+        for name in ["noise.obj", "noise.gltf", "noise.glb", "noise.stl", "noise.ply"] {
             let path = folder.path().join(name);
             fs::write(&path, &noise).unwrap();
             let message = message(&path);

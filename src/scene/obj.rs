@@ -2,7 +2,7 @@
 //!
 //! OBJ carries no sidedness: both sides reflect, and the front alone emits.
 
-mod lines;
+pub(super) mod lines;
 mod mtl;
 mod parse;
 #[cfg(test)]

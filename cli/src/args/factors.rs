@@ -1,0 +1,149 @@
+//! `hemicube factors` on the command line.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+
+use super::{
+    ClusterArg, DeviceArg, DrawChoice, EngineArg, Light, Model, SolverChoice, bytes, samples,
+};
+
+pub const EXAMPLES: &str = "Examples:
+  hemicube factors oven.stl --unit mm -o F.npz --surfaces surfaces.csv
+  hemicube factors room.glb --group --enclosure > factors.csv
+  hemicube factors satellite.obj --sides two --threshold 1e-6 -o F.mtx
+  hemicube factors hall.ply --engine hemicube --resolution 512 -o F.npz
+  hemicube render room.glb --sides one --factors F.npz
+
+F_ij is the share of what patch i sends out that arrives at patch j; row i is face i of the file,
+from 0. Formats: .npz (scipy.sparse.load_npz), .npy (dense), .mtx (Matrix Market), .csv (dense, with
+labels). With --sides two the backs of all faces follow as rows n to 2n. Degenerate, duplicate and
+transparent faces keep a row of zeros.";
+
+/// `hemicube factors`.
+#[derive(Debug, Args)]
+pub struct Factors {
+    /// Which model.
+    #[command(flatten)]
+    pub model: Model,
+
+    /// The matrix (.npz .npy .mtx .csv) [default: CSV on stdout]
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+
+    /// A table (.csv) of what each row stands for: surface, area, place, normal, account
+    #[arg(long, value_name = "FILE")]
+    pub surfaces: Option<PathBuf>,
+
+    /// Lump rows and columns to named surfaces
+    #[arg(long)]
+    pub group: bool,
+
+    /// Which sides have rows
+    #[arg(long, value_enum, default_value_t = FaceSides::One)]
+    pub sides: FaceSides,
+
+    /// Largest area of a patch in m² [default: every face is one patch]
+    #[arg(long, value_name = "AREA", allow_negative_numbers = true)]
+    pub patch_size: Option<f64>,
+
+    /// Close the matrix of an enclosure: rows sum to 1 and A_i F_ij = A_j F_ji
+    #[arg(long)]
+    pub enclosure: bool,
+
+    /// Drop form factors below this (0..1), and restore what each row sums to
+    #[arg(long, value_name = "EPS", value_parser = share, allow_negative_numbers = true)]
+    pub threshold: Option<f64>,
+
+    /// Who makes the form factors [default: rays; hemicube with its own flags]
+    #[arg(long, value_enum)]
+    pub engine: Option<EngineArg>,
+
+    /// Where hemicubes are made [default: cpu]
+    #[arg(long, value_enum, hide_short_help = true)]
+    pub device: Option<DeviceArg>,
+
+    /// Pixels along a hemicube's top, even, 16 to 1024 [default: 128]
+    #[arg(long, value_name = "N", hide_short_help = true)]
+    pub resolution: Option<usize>,
+
+    /// What is projected on the hemicubes [default: sources]
+    #[arg(long, value_enum, hide_short_help = true)]
+    pub draw: Option<DrawChoice>,
+
+    /// Rays a row, 32 to 65536 [default: 4096]
+    #[arg(long, value_name = "N", value_parser = samples)]
+    pub samples: Option<usize>,
+
+    /// Another seed gives other rays
+    #[arg(long, value_name = "N", hide_short_help = true)]
+    pub seed: Option<u32>,
+
+    /// Memory that the work may take, like 800M or 4G [default: what is free]
+    #[arg(long, value_name = "SIZE", value_parser = bytes, hide_short_help = true)]
+    pub memory: Option<u64>,
+
+    /// Number of threads [default: one a core]
+    #[arg(short = 'j', long, value_name = "N", default_value_t = 0, hide_default_value = true)]
+    pub threads: usize,
+
+    /// Write what happened, with timings, as JSON
+    #[arg(long, value_name = "FILE", hide_short_help = true)]
+    pub report: Option<PathBuf>,
+
+    /// Say nothing but errors
+    #[arg(short, long, conflicts_with = "verbose")]
+    pub quiet: bool,
+
+    /// Say how long each stage took, and name more of the rows that are doubtful
+    #[arg(short, long)]
+    pub verbose: bool,
+}
+
+/// Which sides of triangles have rows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum FaceSides {
+    /// Fronts alone; backs absorb
+    One,
+    /// Fronts, and backs after them
+    Two,
+}
+
+/// Rays a row where the matrix itself is the result.
+const SAMPLES: usize = 4096;
+
+impl Factors {
+    /// The engine's flags, as those of a scene that is lit.
+    pub fn light(&self) -> Light {
+        let mut light = Light {
+            patch_size: self.patch_size,
+            cluster: ClusterArg::Off,
+            max_factor: None,
+            min_patch: None,
+            engine: self.engine,
+            device: self.device,
+            resolution: self.resolution,
+            draw: self.draw,
+            samples: self.samples,
+            seed: self.seed,
+            factors: None,
+            solver: SolverChoice::GaussSeidel,
+            memory: self.memory,
+            threads: self.threads,
+            report: self.report.clone(),
+            quiet: self.quiet,
+            verbose: self.verbose,
+        };
+        if light.engine() == EngineArg::Rays {
+            light.samples.get_or_insert(SAMPLES);
+        }
+        light
+    }
+}
+
+fn share(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(share) if (0.0..1.0).contains(&share) => Ok(share),
+        _ => Err(format!("'{text}' is not a form factor from 0 to below 1; write it like 1e-6")),
+    }
+}

@@ -1,0 +1,238 @@
+//! `hemicube factors`: the matrix of form factors of a model.
+
+use std::io::{ErrorKind, Write};
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use hemicube::export::{
+    ExportError, write_csv, write_csv_file, write_mtx, write_npy, write_npz, write_surfaces,
+    write_whole,
+};
+use hemicube::matrix::{
+    Lumped, Matrix, MatrixError, MatrixOptions, MatrixReport, NamedRow, Origin, Rows, make,
+};
+use hemicube::progress::Progress;
+use hemicube::report::Stage;
+use hemicube::scene::{Scene, SidesChoice};
+
+use crate::args::{FaceSides, Factors};
+use crate::failure::Failure;
+use crate::input;
+use crate::machine;
+use crate::render::{engine_of, ensure_folder, set_threads};
+use crate::terminal::{Bar, catch_interrupts, print, say};
+
+/// Runs the command.
+pub fn run(args: &Factors) -> Result<(), Failure> {
+    catch_interrupts();
+    set_threads(args.threads)?;
+    let format = format_of(args)?;
+    let engine = engine_of(&args.light())?;
+    let sides = match args.sides {
+        FaceSides::One => SidesChoice::One,
+        FaceSides::Two => SidesChoice::Two,
+    };
+    let scene = input::read_model(&args.model, sides, 0.9)?;
+    input::say_findings(&scene, args.quiet);
+    let options = MatrixOptions {
+        patch_size: args.patch_size,
+        engine,
+        enclosure: args.enclosure,
+        threshold: args.threshold.unwrap_or_default(),
+        memory: args.memory.unwrap_or_else(machine::available_memory),
+    };
+    let bar = Bar::new(args.quiet);
+    let mut matrix =
+        make(&scene.geometry, &options, &bar).map_err(|e| failure_of(&args.model.scene, e))?;
+    matrix.report.scene.clone_from(&scene.name);
+    let start = Instant::now();
+    let mut origin = matrix.origin(&scene.geometry);
+    matrix.report.fingerprint.clone_from(&origin.fingerprint);
+    let lumped = args.group.then(|| Lumped::new(&matrix, &scene.geometry));
+    matrix.report.groups = lumped.as_ref().map(Rows::len);
+    origin.lumped = args.group;
+    match &lumped {
+        Some(lumped) => write(args, format, lumped, &scene, &origin, &bar)?,
+        None => write(args, format, &matrix, &scene, &origin, &bar)?,
+    }
+    bar.finish();
+    let seconds = start.elapsed().as_secs_f64();
+    matrix.report.stages.push(Stage { name: "write", seconds });
+    matrix.report.peak_memory_bytes = machine::peak_memory();
+    if let Some(path) = &args.report {
+        let json = serde_json::to_string_pretty(&matrix.report).map_err(Failure::failed)?;
+        write_whole(path, json.as_bytes()).map_err(Failure::failed)?;
+    }
+    if !args.quiet {
+        say_report(&matrix, args.verbose);
+    }
+    // With the matrix itself on stdout there is no place for names.
+    if let Some(path) = &args.output {
+        for path in [Some(path), args.surfaces.as_ref()].into_iter().flatten() {
+            print(&path.display().to_string());
+        }
+    }
+    Ok(())
+}
+
+/// Kinds of files.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Format {
+    Npz,
+    Npy,
+    Mtx,
+    Csv,
+    Stdout,
+}
+
+/// What to write; refuses what cannot be written before any work is done.
+fn format_of(args: &Factors) -> Result<Format, Failure> {
+    for path in [&args.output, &args.surfaces, &args.report].into_iter().flatten() {
+        ensure_folder(path)?;
+    }
+    let extension =
+        |p: &PathBuf| p.extension().and_then(|e| e.to_str()).unwrap_or_default().to_lowercase();
+    if let Some(path) = args.surfaces.as_ref().filter(|p| extension(p) != "csv") {
+        return Err(Failure::Input(format!("{}: --surfaces is written as .csv", path.display())));
+    }
+    let Some(path) = &args.output else {
+        return Ok(Format::Stdout);
+    };
+    match extension(path).as_str() {
+        "npz" => Ok(Format::Npz),
+        "npy" => Ok(Format::Npy),
+        "mtx" => Ok(Format::Mtx),
+        "csv" => Ok(Format::Csv),
+        _ => Err(Failure::Input(format!(
+            "{}: form factors are written as .npz, .npy, .mtx or .csv",
+            path.display()
+        ))),
+    }
+}
+
+/// Writes the matrix, and what its rows stand for.
+fn write(
+    args: &Factors,
+    format: Format,
+    rows: &dyn Rows,
+    scene: &Scene,
+    origin: &Origin,
+    bar: &Bar,
+) -> Result<(), Failure> {
+    let surfaces = rows.surfaces(&scene.geometry);
+    let passes = if format == Format::Npz { 3 } else { 1 };
+    bar.stage("write", passes * rows.len() as u64);
+    let path = args.output.as_deref().unwrap_or(Path::new("-"));
+    let written = match format {
+        Format::Npz => write_npz(path, rows, &surfaces, origin, bar),
+        Format::Npy => write_npy(path, rows, bar),
+        Format::Mtx => write_mtx(path, rows, origin, bar),
+        Format::Csv => write_csv_file(path, rows, bar),
+        Format::Stdout => {
+            bar.finish();
+            let mut out = std::io::BufWriter::new(std::io::stdout().lock());
+            match write_csv(&mut out, rows, bar).and_then(|()| out.flush()) {
+                Err(e) if e.kind() == ErrorKind::Interrupted => Err(ExportError::Cancelled),
+                // Nothing happens if nobody listens.
+                _ => Ok(()),
+            }
+        }
+    };
+    written.map_err(export_failure)?;
+    if let Some(path) = &args.surfaces {
+        write_surfaces(path, &surfaces).map_err(export_failure)?;
+    }
+    Ok(())
+}
+
+fn export_failure(error: ExportError) -> Failure {
+    match error {
+        ExportError::Cancelled => Failure::Cancelled,
+        e => Failure::failed(e),
+    }
+}
+
+fn failure_of(scene: &str, error: MatrixError) -> Failure {
+    match error {
+        MatrixError::Cancelled => Failure::Cancelled,
+        MatrixError::Assemble(e) => Failure::failed(e),
+        MatrixError::Engine(_) | MatrixError::NoAccount => Failure::input(error),
+        e => Failure::Input(format!("{scene}: {e}")),
+    }
+}
+
+/// Says what the matrix is like.
+fn say_report(matrix: &Matrix, verbose: bool) {
+    let r = &matrix.report;
+    let per_cent = 100.0 * r.entries as f64 / (r.rows as f64).powi(2).max(1.0);
+    let mut line = format!(
+        "{}: {} faces, {} rows, {} form factors ({per_cent:.1} % of all pairs)",
+        r.scene, r.source_triangles, r.rows, r.entries
+    );
+    for (count, kind) in
+        [(r.degenerate, "degenerate"), (r.duplicate, "duplicate"), (r.transparent, "transparent")]
+    {
+        if count > 0 {
+            line += &format!(", {count} {kind} faces without factors");
+        }
+    }
+    if let Some(groups) = r.groups {
+        line += &format!(", lumped to {groups} surfaces");
+    }
+    say(&line);
+    if let Some(a) = r.account {
+        say(&format!(
+            "rows: on average {:.5} to faces, {:.5} to the environment, {:.5} to backs, {:.1e} lost{}",
+            a.entries_share,
+            a.environment,
+            a.back,
+            a.lost,
+            a.reciprocity_rms.map_or(String::new(), |rms| format!(
+                "; reciprocity error {:.2} % RMS",
+                100.0 * rms
+            ))
+        ));
+    }
+    name_rows("covered (most of their view is the back of something)", &r.covered, verbose);
+    if let Some(t) = r.threshold {
+        say(&format!("threshold: {} form factors below {} dropped", t.dropped, t.below));
+    }
+    if let Some(c) = &r.closure {
+        say(&format!(
+            "enclosure: rows sum to 1 within {:.0e} after {} steps; scales from {:.4} to {:.4}; {:.2} % \
+             RMS of asymmetry averaged out",
+            c.residual.max(f64::EPSILON),
+            c.steps,
+            c.smallest_scale,
+            c.largest_scale,
+            100.0 * c.asymmetry
+        ));
+        name_rows("scaled by less than .9 or more than 1.1", &c.outside, verbose);
+    }
+    if verbose {
+        stages(r);
+    }
+}
+
+fn stages(report: &MatrixReport) {
+    for stage in &report.stages {
+        say(&format!("{:14} {:8.3} s", stage.name, stage.seconds));
+    }
+}
+
+/// Says of which rows something is to be said: the first of them; the report names all.
+fn name_rows(what: &str, rows: &[NamedRow], verbose: bool) {
+    if rows.is_empty() {
+        return;
+    }
+    let shown = rows.len().min(if verbose { 32 } else { 4 });
+    let names: Vec<String> = rows[..shown]
+        .iter()
+        .map(|r| format!("{} of {} ({:.3})", r.row, r.surface, r.value))
+        .collect();
+    let more = match rows.len() - shown {
+        0 => String::new(),
+        more => format!(" and {more} more (--report names all)"),
+    };
+    say(&format!("{} rows {what}: {}{more}", rows.len(), names.join(", ")));
+}

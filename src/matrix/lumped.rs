@@ -1,0 +1,140 @@
+//! Rows lumped to named surfaces.
+
+use std::collections::HashMap;
+
+use rayon::prelude::*;
+
+use super::{Account, Matrix, Precision, Rows, SurfaceRow};
+use crate::scene::{Geometry, Side};
+
+/// The matrix between named surfaces:
+///
+/// ```text
+/// F_IJ = Σ_(i in I) A_i Σ_(j in J) F_ij / A_I
+/// ```
+///
+/// Surfaces of the same name are one. With two-sided triangles the backs of a surface are another
+/// one, `NAME (back)`.
+#[derive(Debug, Clone)]
+pub struct Lumped {
+    surfaces: Vec<SurfaceRow>,
+    rest: Vec<[f64; 2]>,
+    rows: Vec<(Vec<u32>, Vec<f64>)>,
+}
+
+impl Lumped {
+    /// Lumps a matrix.
+    #[must_use]
+    pub fn new(matrix: &Matrix, geometry: &Geometry) -> Self {
+        let two = matrix.layout.faces.iter().any(|f| f.side == Side::Back);
+        let mut number: HashMap<(&str, Side), u32> = HashMap::new();
+        let mut members: Vec<Vec<usize>> = Vec::new();
+        let group_of: Vec<u32> = (0..matrix.len())
+            .map(|i| {
+                let side = matrix.layout.faces[i].side;
+                let key = (matrix.name(geometry, i), side);
+                let group = *number.entry(key).or_insert(members.len() as u32);
+                if group as usize == members.len() {
+                    members.push(Vec::new());
+                }
+                members[group as usize].push(i);
+                group
+            })
+            .collect();
+        let mut names = vec![String::new(); members.len()];
+        for ((name, side), group) in number {
+            let back = if two && side == Side::Back { " (back)" } else { "" };
+            names[group as usize] = format!("{name}{back}");
+        }
+        let surfaces = members
+            .iter()
+            .zip(names)
+            .map(|(rows, name)| SurfaceRow {
+                name,
+                ..mean(rows.iter().map(|&i| (matrix.area(i), matrix.surface_row(geometry, i))))
+            })
+            .collect();
+        let rows = members.par_iter().map(|rows| lump(matrix, rows, &group_of, members.len()));
+        let rest = members.iter().map(|rows| rest(matrix, rows)).collect();
+        Self { surfaces, rest, rows: rows.collect() }
+    }
+}
+
+/// The row of one group.
+fn lump(matrix: &Matrix, rows: &[usize], group_of: &[u32], groups: usize) -> (Vec<u32>, Vec<f64>) {
+    let (mut sums, mut area) = (vec![0.0; groups], 0.0);
+    let (mut columns, mut values) = (Vec::new(), Vec::new());
+    for &i in rows {
+        let a = matrix.area(i);
+        area += a;
+        matrix.row(i, &mut columns, &mut values);
+        for (&j, f) in columns.iter().zip(&values) {
+            sums[group_of[j as usize] as usize] += a * f;
+        }
+    }
+    let seen = (0_u32..).zip(sums).filter(|s| s.1 > 0.0);
+    seen.map(|(group, sum)| (group, sum / area)).unzip()
+}
+
+/// What goes with the entries of one group.
+fn rest(matrix: &Matrix, rows: &[usize]) -> [f64; 2] {
+    let area: f64 = rows.iter().map(|&i| matrix.area(i)).sum();
+    let sum = |k: usize| rows.iter().map(|&i| matrix.area(i) * matrix.rest(i)[k]).sum::<f64>();
+    if area > 0.0 { [sum(0) / area, sum(1) / area] } else { [0.0; 2] }
+}
+
+/// Several faces as one: areas add up, the rest are means over the area.
+fn mean(rows: impl Iterator<Item = (f64, SurfaceRow)>) -> SurfaceRow {
+    let mut all = SurfaceRow::default();
+    for (area, row) in rows {
+        all.side = row.side;
+        all.area += area;
+        all.centroid += row.centroid * area;
+        all.normal += row.normal * area;
+        all.account.front += row.account.front * area;
+        all.account.back += row.account.back * area;
+        all.account.environment += row.account.environment * area;
+    }
+    if all.area > 0.0 {
+        let Account { front, back, environment } = all.account;
+        let [front, back, environment] = [front, back, environment].map(|s| s / all.area);
+        all.account = Account { front, back, environment };
+        all.centroid /= all.area;
+    }
+    // What closes upon itself faces nowhere.
+    const NOWHERE: f64 = 1e-9;
+    let faces = all.normal.length() > NOWHERE * all.area;
+    all.normal = if faces { all.normal.normalize() } else { glam::DVec3::ZERO };
+    all
+}
+
+impl Rows for Lumped {
+    fn len(&self) -> usize {
+        self.rows.len()
+    }
+
+    fn entries(&self) -> u64 {
+        self.rows.iter().map(|r| r.0.len() as u64).sum()
+    }
+
+    fn precision(&self) -> Precision {
+        Precision::Double
+    }
+
+    fn row(&self, i: usize, columns: &mut Vec<u32>, values: &mut Vec<f64>) {
+        columns.clone_from(&self.rows[i].0);
+        values.clone_from(&self.rows[i].1);
+    }
+
+    fn label(&self, i: usize) -> String {
+        self.surfaces[i].name.clone()
+    }
+
+    fn rest(&self, i: usize) -> [f64; 2] {
+        self.rest[i]
+    }
+
+    fn surfaces(&self, _: &Geometry) -> Vec<SurfaceRow> {
+        self.surfaces.clone()
+    }
+}

@@ -1,0 +1,88 @@
+//! What happened on the way to a matrix.
+
+use serde::Serialize;
+
+use crate::report::{EngineReport, RowsReport, Stage};
+
+/// Scales that closure needs where form factors are right but for their noise; those outside are
+/// reported.
+pub const MODEST: std::ops::RangeInclusive<f64> = 0.9..=1.1;
+
+/// Everything worth knowing about one matrix; serialises to `--report out.json`.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct MatrixReport {
+    /// Name of the scene.
+    pub scene: String,
+    /// Fingerprint of its geometry, in hexadecimal.
+    pub fingerprint: String,
+    /// Source triangles, flagged ones included.
+    pub source_triangles: usize,
+    /// Rows, and columns, of the matrix before lumping.
+    pub rows: usize,
+    /// Triangles without area: their rows are zero.
+    pub degenerate: usize,
+    /// Triangles that coincide with an earlier one: their rows are zero.
+    pub duplicate: usize,
+    /// Triangles that let light through: their rows are zero.
+    pub transparent: usize,
+    /// Whether the backs of triangles have rows too.
+    pub two_sided: bool,
+    /// Largest area of a patch in m²; none if every triangle is a patch.
+    pub patch_size: Option<f64>,
+    /// The engine and its options.
+    pub engine: Option<EngineReport>,
+    /// The account of all rows as they were made, before thinning and closure.
+    pub account: Option<RowsReport>,
+    /// Rows that lose more than half to backs, each with that share: something stands there.
+    pub covered: Vec<NamedRow>,
+    /// What was left out.
+    pub threshold: Option<ThresholdReport>,
+    /// How the matrix was closed.
+    pub closure: Option<ClosureReport>,
+    /// Form factors in the result before lumping.
+    pub entries: u64,
+    /// Named surfaces that rows were lumped to.
+    pub groups: Option<usize>,
+    /// The stages in order, with wall-clock seconds.
+    pub stages: Vec<Stage>,
+    /// Largest resident memory of the process in bytes, where the system tells.
+    pub peak_memory_bytes: Option<u64>,
+}
+
+/// A row with the surface that it is of.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct NamedRow {
+    /// The row.
+    pub row: usize,
+    /// Name of its surface.
+    pub surface: String,
+    /// What is said of it.
+    pub value: f64,
+}
+
+/// What `--threshold` did.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct ThresholdReport {
+    /// Form factors below this were dropped, 0..1.
+    pub below: f64,
+    /// How many.
+    pub dropped: u64,
+}
+
+/// What `--enclosure` did.
+#[derive(Debug, Clone, Serialize)]
+pub struct ClosureReport {
+    /// Newton steps taken.
+    pub steps: usize,
+    /// Largest `|Σ_j F_ij - 1|` left.
+    pub residual: f64,
+    /// RMS of `A_i F_ij - A_j F_ji` over RMS of `A_i F_ij` as rows were made; the mean of the two was
+    /// taken.
+    pub asymmetry: f64,
+    /// Smallest scale of a patch.
+    pub smallest_scale: f64,
+    /// Largest scale of a patch.
+    pub largest_scale: f64,
+    /// Rows whose scale lies outside .9 to 1.1, each with it.
+    pub outside: Vec<NamedRow>,
+}

@@ -1,0 +1,67 @@
+//! Triangles of a format that knows neither materials nor sidedness.
+
+use std::collections::HashMap;
+
+use glam::DVec3;
+
+use super::builder::SceneBuilder;
+use super::geometry::{Sides, Surface, position_key};
+use super::hash::Mixed;
+use super::optics::Material;
+use super::{Rgb, Severity};
+
+/// Reflectance of what has no material.
+const ASSUMED_REFLECTANCE: f64 = 0.5;
+
+/// Adds triangles to a scene: one material, both sides reflect, equal corners are one vertex.
+pub(super) struct Soup<'a> {
+    pub builder: &'a mut SceneBuilder,
+    material: u32,
+    vertices: HashMap<[u64; 3], u32, Mixed>,
+    surfaces: HashMap<String, u32>,
+    triangles: usize,
+}
+
+impl<'a> Soup<'a> {
+    pub fn new(builder: &'a mut SceneBuilder, format: &str) -> Self {
+        let material = builder.material(Material {
+            name: "(none)".into(),
+            reflectance: Rgb::splat(ASSUMED_REFLECTANCE),
+            ..Material::default()
+        });
+        builder.finding(
+            Severity::Note,
+            "whole model",
+            format!("{format} has no materials; reflectance {ASSUMED_REFLECTANCE} is assumed"),
+            "use glTF or OBJ where materials matter",
+        );
+        let (vertices, surfaces) = (HashMap::default(), HashMap::new());
+        Self { builder, material, vertices, surfaces, triangles: 0 }
+    }
+
+    /// The surface of that name.
+    pub fn surface(&mut self, name: &str) -> u32 {
+        if let Some(&known) = self.surfaces.get(name) {
+            return known;
+        }
+        let surface = self.builder.surface(Surface { name: name.into(), node: 0, primitive: 0 });
+        self.surfaces.insert(name.into(), surface);
+        surface
+    }
+
+    /// The vertex at a position in metres.
+    pub fn vertex(&mut self, position: DVec3) -> u32 {
+        let builder = &mut self.builder;
+        *self.vertices.entry(position_key(position)).or_insert_with(|| builder.vertex(position))
+    }
+
+    pub fn triangle(&mut self, vertices: [u32; 3], surface: u32) {
+        self.builder.triangle(vertices, None, surface, self.material, Sides::Two);
+        self.triangles += 1;
+    }
+
+    /// Triangles so far.
+    pub fn triangles(&self) -> usize {
+        self.triangles
+    }
+}
