@@ -413,7 +413,7 @@ fn solve_halves(
     const TOLERANCE: f64 = 1e-2;
     let [a, b] = [0, 1].map(|k| {
         let direct: Vec<Rgb> = direct.iter().map(|d| d.halves[k]).collect();
-        System { factors: &halves[k], direct: &direct, ..*system }.gather(irradiance)
+        System { factors: &halves[k], direct: &direct, ..*system }.gather(irradiance, TOLERANCE)
     });
     let found: Vec<Rgb> = a.iter().zip(&b).map(|(a, b)| (*a - *b) * 0.5).collect();
     let system = System { direct: &found, ..*system };

@@ -331,7 +331,7 @@ impl FormFactors {
         }
     }
 
-    /// The same for values held as these rows deserve.
+    /// The same for values held as [`values`](Self::values) chose.
     #[inline]
     pub fn gather_values(&self, id: PatchId, values: &Values) -> Rgb {
         match values {
@@ -354,11 +354,14 @@ impl FormFactors {
         })
     }
 
-    /// A value of each patch, held as these rows deserve.
+    /// A value of each patch, held for products with these rows that need not be better than
+    /// `tolerance`, a share of the whole.
     #[must_use]
-    pub fn values(&self, value: impl Fn(usize) -> Rgb) -> Values {
+    pub fn values(&self, tolerance: f64, value: impl Fn(usize) -> Rgb) -> Values {
+        /// Products of single precision are better than this.
+        const SINGLE: f64 = 1e-6;
         let sampled = |b: &Arc<Block>| matches!(b.weights, Weights::Equal { .. });
-        if self.blocks.iter().any(sampled) {
+        if tolerance >= SINGLE && self.blocks.iter().any(sampled) {
             Values::Single((0..self.len()).map(|i| single(value(i))).collect())
         } else {
             Values::Double((0..self.len()).map(value).collect())
@@ -413,13 +416,13 @@ impl RowSink for FormFactors {
     }
 }
 
-/// A value a patch, as products gather it: where rows are sampled in single precision and whole
-/// cache lines, as their noise is far larger than its rounding, and products wait for memory alone.
+/// A value a patch, as products gather it. Products with sampled rows wait for memory alone: single
+/// precision halves the wait, and the noise of such rows is far larger than its rounding.
 #[derive(Debug, Clone)]
 pub enum Values {
-    /// For rows of weights.
+    /// Each as it is.
     Double(Vec<Rgb>),
-    /// For lists of hits; the fourth component is zero.
+    /// Rounded; the fourth component is zero.
     Single(Vec<Vec4>),
 }
 

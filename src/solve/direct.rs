@@ -58,7 +58,7 @@ pub(super) fn solve(
             return Err(SolveError::Cancelled);
         }
     }
-    let residual = system.residual(&h);
+    let residual = system.residual(&h, options.tolerance);
     // A singular system (a closed room that absorbs nothing) has no finite solution.
     if residual <= options.tolerance {
         Ok((h, SolveReport { method: Method::Direct, iterations: factorisations, residual }))

@@ -28,12 +28,12 @@ pub(super) fn solve(
     let mut mixer = Mixer::default();
     let mut residual = f64::INFINITY;
     for iterations in 1..=options.max_iterations {
-        let swept = sweep(system, &h);
+        let swept = sweep(system, &h, options.tolerance);
         // A sweep's change is near the residual; only when it is small is the residual worth a
         // product of its own.
         residual = relative(&swept, &h, system.direct);
         if residual <= options.tolerance {
-            residual = system.residual(&swept);
+            residual = system.residual(&swept, options.tolerance);
             if residual <= options.tolerance {
                 let method = Method::GaussSeidel;
                 return Ok((swept, SolveReport { method, iterations, residual }));
@@ -52,9 +52,9 @@ pub(super) fn solve(
 }
 
 /// One sweep over all patches.
-fn sweep(system: &System<'_>, before: &[Rgb]) -> Vec<Rgb> {
+fn sweep(system: &System<'_>, before: &[Rgb], tolerance: f64) -> Vec<Rgb> {
     let mut h = before.to_vec();
-    let mut reflected = system.factors.values(|i| system.reflected(&h, i));
+    let mut reflected = system.factors.values(tolerance, |i| system.reflected(&h, i));
     for start in (0..h.len()).step_by(BLOCK) {
         let end = h.len().min(start + BLOCK);
         h[start..end].par_iter_mut().enumerate().for_each(|(k, h)| {

@@ -1,5 +1,7 @@
 //! Emitters at once, in vectors: how much each may send, and what arrives from those that are far.
 
+#![allow(clippy::needless_range_loop, reason = "loops over lanes, which become vectors")]
+
 use glam::Vec3;
 
 use super::Receiver;
