@@ -9,6 +9,7 @@
 
 pub mod classical;
 pub mod delta;
+pub mod exact;
 pub mod hemicube;
 #[cfg(feature = "gpu")]
 pub mod hemicube_gpu;
@@ -21,6 +22,7 @@ mod stored;
 mod tally;
 
 pub use classical::Classical;
+pub use exact::{Exact, ExactOptions};
 pub use hemicube::{Draw, Hemicube, HemicubeError, HemicubeOptions};
 #[cfg(feature = "gpu")]
 pub use hemicube_gpu::{AdapterReport, Gpu, GpuError, GpuSeconds, HemicubeGpu};

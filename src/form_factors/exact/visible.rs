@@ -1,0 +1,412 @@
+//! The visible share of a pair, weighted by the kernel:
+//!
+//! ```text
+//! v = ∫∫ K V dA dA / ∫∫ K dA dA
+//! ```
+//!
+//! Where no two blockers overlap, as seen from 16 points of one polygon, the share of the other that
+//! is hidden from each has a closed form ([`cover`]). Otherwise shadow rays are traced between
+//! stratified pairs of points, each weighted by its K; the more of them, the more the pair matters.
+
+use glam::{DVec3, Vec3};
+
+use super::blockers::{Blocker, NONE};
+use super::cover::{Hidden, MOST, Target, aim, cover};
+use super::model::{Model, Piece};
+use super::unoccluded::{Polygon, area};
+use crate::visibility::{LANES, Packet};
+
+/// A pair with more blockers is left to rays.
+const MANY: usize = 24;
+
+/// If it is open which share of a pair's weight overlapping blockers hide, beyond this, rays tell.
+const OVERLAP: f64 = 0.02;
+
+/// A triangle is small against its distance from another below this ratio of its longest edge to
+/// it: the kernel is then nearly linear over it.
+const SMALL: f64 = 0.4;
+
+/// Triangles are split so often at most to be small.
+const SPLITS: u32 = 2;
+
+/// Shadow rays of a pair: at first, and at most.
+const FIRST_RAYS: usize = 32;
+const MOST_RAYS: usize = 1024;
+
+/// Work on a pair; reused.
+pub(super) struct Room {
+    cuts: Vec<Cut>,
+    target: Target,
+    clipped: [Vec<DVec3>; 2],
+    polygon: Vec<Vec3>,
+    packets: Vec<Packet>,
+    weights: Vec<f64>,
+    blocked: Vec<u16>,
+    /// Shadow rays traced so far.
+    pub rays: u64,
+}
+
+impl Default for Room {
+    fn default() -> Self {
+        Self {
+            cuts: Vec::new(),
+            target: Target::EMPTY,
+            clipped: Default::default(),
+            polygon: Vec::new(),
+            packets: Vec::new(),
+            weights: Vec::new(),
+            blocked: Vec::new(),
+            rays: 0,
+        }
+    }
+}
+
+/// The part of a blocker that lies in front of both polygons.
+#[derive(Debug, Clone)]
+struct Cut {
+    corners: [DVec3; MOST],
+    len: usize,
+    normal: DVec3,
+    /// Blockers of one group never overlap.
+    group: u32,
+    /// Whether only what enters by the front counts.
+    one_sided: bool,
+}
+
+/// What hides a pair, and how sure that is.
+#[derive(Debug, Clone, Copy, Default)]
+struct Seen {
+    /// Weight of all lanes.
+    all: f64,
+    /// Of it what is hidden, if overlapping blockers do so independently of each other.
+    hidden: f64,
+    /// Range of it, if not.
+    open: f64,
+}
+
+/// A pair of pieces in front of each other, and what is known of it.
+pub(super) struct Pair<'a> {
+    pub pieces: [&'a Piece; 2],
+    pub polygons: [Polygon; 2],
+    /// Blockers that may lie between.
+    pub blockers: &'a [u32],
+    /// How much finer than usual the pair is to be sampled.
+    pub effort: f64,
+    pub seed: u64,
+}
+
+/// Points of a triangle: the centroids of its 16 parts.
+const POINTS: [[f64; 3]; LANES] = {
+    let mut points = [[0.0; 3]; LANES];
+    let (mut i, mut k) = (0, 0);
+    while i < 4 {
+        let mut j = 0;
+        while j < 4 - i {
+            let (x, y) = (i as f64, j as f64);
+            let (u, v) = ((x + 1.0 / 3.0) / 4.0, (y + 1.0 / 3.0) / 4.0);
+            points[k] = [1.0 - u - v, u, v];
+            k += 1;
+            if j < 3 - i {
+                let (u, v) = ((x + 2.0 / 3.0) / 4.0, (y + 2.0 / 3.0) / 4.0);
+                points[k] = [1.0 - u - v, u, v];
+                k += 1;
+            }
+            j += 1;
+        }
+        i += 1;
+    }
+    points
+};
+
+impl Pair<'_> {
+    /// The visible share, 0..1.
+    pub fn visible(&self, model: &Model<'_>, room: &mut Room) -> f64 {
+        room.cuts.clear();
+        for &b in self.blockers {
+            if let Some(cut) = self.cut(&model.blockers.polygons[b as usize], b, model, &mut room.clipped)
+            {
+                room.cuts.push(cut);
+            }
+        }
+        match room.cuts.len() {
+            0 => return 1.0,
+            1..=MANY => {}
+            _ => return self.by_rays(model, room),
+        }
+        room.cuts.sort_by_key(|c| c.group);
+        let seen = self.by_cover(room);
+        if seen.all <= 0.0 {
+            return 1.0;
+        }
+        if seen.open > OVERLAP * seen.all {
+            return self.by_rays(model, room);
+        }
+        (1.0 - seen.hidden / seen.all).clamp(0.0, 1.0)
+    }
+
+    /// What of a blocker lies between the polygons, if anything may.
+    fn cut(
+        &self,
+        q: &Blocker,
+        number: u32,
+        model: &Model<'_>,
+        clipped: &mut [Vec<DVec3>; 2],
+    ) -> Option<Cut> {
+        let touching = model.touching;
+        let [a, b] = self.polygons.each_ref().map(|p| {
+            p.corners().iter().map(|&c| q.height(c)).fold(
+                (f64::INFINITY, f64::NEG_INFINITY),
+                |(l, h), x| (l.min(x), h.max(x)),
+            )
+        });
+        let one_sided = q.body != NONE && !self.pieces[0].inside.contains(&q.body);
+        if a.0.min(b.0) >= -touching
+            || a.1.max(b.1) <= touching
+            || one_sided && (a.1 <= touching || b.0 >= -touching)
+        {
+            return None;
+        }
+        let [first, second] = clipped;
+        before(&q.corners, &self.polygons[0], touching, first);
+        before(first, &self.polygons[1], touching, second);
+        if second.len() < 3 || second.len() > MOST {
+            return None;
+        }
+        let mut corners = [DVec3::ZERO; MOST];
+        corners[..second.len()].copy_from_slice(second);
+        let group = if one_sided { q.body } else { model.blockers.bodies.len() as u32 + number };
+        Some(Cut { corners, len: second.len(), normal: q.normal, group, one_sided })
+    }
+
+    fn by_cover(&self, room: &mut Room) -> Seen {
+        // Points lie on the polygon farther from what hides the other: its shadow moves least.
+        let [a, b] = self.polygons.each_ref().map(centre);
+        let near_b = room
+            .cuts
+            .iter()
+            .map(|c| {
+                let middle = c.corners[..c.len].iter().sum::<DVec3>() / c.len as f64;
+                middle.distance(b) - middle.distance(a)
+            })
+            .sum::<f64>();
+        let forward = near_b <= 0.0;
+        let (from, to) = if forward { (0, 1) } else { (1, 0) };
+        let mut seen = Seen::default();
+        let finer = if self.effort > 64.0 {
+            2
+        } else {
+            u32::from(self.effort > 8.0)
+        };
+        for x in self.polygons[from].fan() {
+            for y in self.polygons[to].fan() {
+                self.look(x, y, (from, to), (SPLITS, finer), room, &mut seen);
+            }
+        }
+        seen
+    }
+
+    /// Adds what points of `x` see of `y`, both split until they are small.
+    fn look(
+        &self,
+        x: [DVec3; 3],
+        y: [DVec3; 3],
+        (from, to): (usize, usize),
+        (splits, finer): (u32, u32),
+        room: &mut Room,
+        seen: &mut Seen,
+    ) {
+        let distance = SMALL * middle(x).distance(middle(y));
+        let (wide, long) = (longest(x) > 2.0 * distance, longest(y) > distance);
+        if finer > 0 || splits > 0 && wide {
+            let (splits, finer) =
+                if finer > 0 { (splits, finer - 1) } else { (splits - u32::from(!long), finer) };
+            for x in quarters(x) {
+                self.look(x, y, (from, to), (splits, finer), room, seen);
+            }
+            return;
+        }
+        if splits > 0 && long {
+            for y in quarters(y) {
+                self.look(x, y, (from, to), (splits - 1, finer), room, seen);
+            }
+            return;
+        }
+        self.lanes(x, y, (from, to), room, seen);
+    }
+
+    fn lanes(
+        &self,
+        x: [DVec3; 3],
+        y: [DVec3; 3],
+        (from, to): (usize, usize),
+        room: &mut Room,
+        seen: &mut Seen,
+    ) {
+        let Room { cuts, target, polygon, .. } = room;
+        let origin = middle(y);
+        target.corners = y.map(|c| (c - origin).as_vec3());
+        let x = x.map(|c| (c - origin).as_vec3());
+        for (l, p) in POINTS.iter().enumerate() {
+            let at = x[0] * p[0] as f32 + x[1] * p[1] as f32 + x[2] * p[2] as f32;
+            for axis in 0..3 {
+                target.from[axis][l] = at[axis];
+            }
+        }
+        let [near, far] = [from, to].map(|k| self.polygons[k].normal.as_vec3());
+        aim(target, near, far);
+        let (mut clear, mut most, mut sum) = ([1.0_f32; LANES], [0.0_f32; LANES], [0.0_f32; LANES]);
+        for group in cuts.chunk_by(|a, b| a.group == b.group) {
+            let mut hidden = Hidden([0.0; LANES]);
+            for cut in group {
+                polygon.clear();
+                polygon.extend(cut.corners[..cut.len].iter().map(|&c| (c - origin).as_vec3()));
+                let sense = match (cut.one_sided, from) {
+                    (false, _) => 0.0,
+                    (true, 0) => 1.0,
+                    (true, _) => -1.0,
+                };
+                cover(target, polygon, cut.normal.as_vec3(), sense, &mut hidden);
+            }
+            for l in 0..LANES {
+                let h = hidden.0[l].min(1.0);
+                clear[l] *= 1.0 - h;
+                most[l] = most[l].max(h);
+                sum[l] += h;
+            }
+        }
+        let share = area_of(x) * area(y);
+        for l in 0..LANES {
+            let weight = f64::from(target.weight[l]) * share;
+            seen.all += weight;
+            seen.hidden += weight * f64::from(1.0 - clear[l]);
+            seen.open += weight * f64::from((sum[l].min(1.0) - most[l]).max(0.0));
+        }
+    }
+
+    fn by_rays(&self, model: &Model<'_>, room: &mut Room) -> f64 {
+        let most = ((64.0 * self.effort) as usize).clamp(FIRST_RAYS, MOST_RAYS);
+        let (mut all, mut kept, mut drawn) = (0.0, 0.0, 0);
+        let mut count = FIRST_RAYS;
+        while drawn < most {
+            let (a, k) = self.trace(model, drawn, count, room);
+            (all, kept) = (all + a, kept + k);
+            drawn += count;
+            count = (most - drawn).next_multiple_of(LANES).min(MOST_RAYS - drawn);
+            if kept <= 0.0 || kept >= all {
+                break;
+            }
+        }
+        if all > 0.0 { kept / all } else { 1.0 }
+    }
+
+    /// The kernel between pairs of points `first` to `first + count`, of all and of those that see each
+    /// other.
+    fn trace(&self, model: &Model<'_>, first: usize, count: usize, room: &mut Room) -> (f64, f64) {
+        let Room { packets, weights, blocked, .. } = room;
+        packets.clear();
+        packets.resize(count / LANES, Packet::EMPTY);
+        weights.clear();
+        weights.resize(count, 0.0);
+        let shift = shifts(self.seed);
+        let [p, q] = &self.polygons;
+        for k in 0..count {
+            let s = sobol_burley::sample_4d((first + k) as u32, 0, 0);
+            let u: [f64; 4] = std::array::from_fn(|d| (f64::from(s[d]) + shift[d]).fract());
+            let x = point(p, u[0], u[1]);
+            let y = point(q, u[2], u[3]);
+            let r = y - x;
+            let r2 = r.length_squared();
+            let weight = p.normal.dot(r).max(0.0) * (-q.normal.dot(r)).max(0.0) / (r2 * r2);
+            if weight > 0.0 {
+                weights[k] = weight;
+                let from = model.bvh.local(x);
+                let way = model.bvh.local(y) - from;
+                packets[k / LANES].set(k % LANES, from, way, 1.0, self.pieces[0].own);
+            }
+        }
+        blocked.clear();
+        blocked.resize(count / LANES, 0);
+        model.bvh.blocked(packets, blocked);
+        room.rays += count as u64;
+        let sees = |k: &usize| room.blocked[k / LANES] >> (k % LANES) & 1 == 0;
+        let kept = (0..count).filter(sees).map(|k| room.weights[k]).sum();
+        (room.weights.iter().sum(), kept)
+    }
+}
+
+/// The part of a polygon more than `touching` in front of another's plane, or all of it if none of it
+/// lies behind.
+fn before(corners: &[DVec3], of: &Polygon, touching: f64, part: &mut Vec<DVec3>) {
+    part.clear();
+    let height = |v: DVec3| of.normal.dot(v - of.corners()[0]);
+    if corners.iter().all(|&c| height(c) <= touching) {
+        return;
+    }
+    let Some(&last) = corners.last() else { return };
+    let mut from = last;
+    for &to in corners {
+        let (h0, h1) = (height(from), height(to));
+        if (h0 < 0.0) != (h1 < 0.0) {
+            part.push(from + (to - from) * (h0 / (h0 - h1)));
+        }
+        if h1 >= 0.0 {
+            part.push(to);
+        }
+        from = to;
+    }
+}
+
+fn centre(p: &Polygon) -> DVec3 {
+    p.corners().iter().sum::<DVec3>() / p.corners().len() as f64
+}
+
+fn middle(t: [DVec3; 3]) -> DVec3 {
+    (t[0] + t[1] + t[2]) / 3.0
+}
+
+fn longest([a, b, c]: [DVec3; 3]) -> f64 {
+    a.distance(b).max(b.distance(c)).max(c.distance(a))
+}
+
+fn area_of([a, b, c]: [Vec3; 3]) -> f64 {
+    f64::from(0.5 * (b - a).cross(c - a).length())
+}
+
+fn quarters([a, b, c]: [DVec3; 3]) -> [[DVec3; 3]; 4] {
+    let (ab, bc, ca) = (0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a));
+    [[a, ab, ca], [ab, b, bc], [ca, bc, c], [bc, ca, ab]]
+}
+
+/// The point of a polygon with coordinates in the unit square, uniform in area.
+fn point(p: &Polygon, u: f64, v: f64) -> DVec3 {
+    let total = p.area();
+    let mut rest = u * total;
+    let mut last = [p.corners()[0]; 3];
+    let mut share = 0.0;
+    for t in p.fan() {
+        let a = area(t);
+        last = t;
+        share = if a > 0.0 { (rest / a).clamp(0.0, 1.0) } else { 0.0 };
+        if rest <= a {
+            break;
+        }
+        rest -= a;
+    }
+    let [a, b, c] = last;
+    // Heitz (2019), "A low-distortion map between triangle and square".
+    let (s, t) = if v > share { (0.5 * share, v - 0.5 * share) } else { (share - 0.5 * v, 0.5 * v) };
+    a + (b - a) * s + (c - a) * t
+}
+
+/// Four numbers in 0..1 that look random.
+fn shifts(seed: u64) -> [f64; 4] {
+    // SplitMix64 (Steele, Lea & Flood 2014).
+    let mut state = seed;
+    std::array::from_fn(|_| {
+        state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = state;
+        z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ z >> 31) >> 11) as f64 / (1_u64 << 53) as f64
+    })
+}
