@@ -2,9 +2,10 @@
 //!
 //! From a point x, a corner q of the polygon appears on the triangle p₀p₁p₂ at the homogeneous
 //! barycentric coordinates β of its direction: q - x = Σ β_k (p_k - x). What is hidden is the part of
-//! the drawn polygon where all β are positive. Its measure is a sum over its boundary (Green):
-//! the polygon's edges clipped to the triangle, and the triangle's edges clipped to the polygon. As
-//! areas are taken about p₀, two of the triangle's edges add nothing.
+//! the drawn polygon where all β are positive. Its measure is a sum over the polygon's edges: each
+//! adds what of the triangle lies between it and p₀, with the sign of its sense about p₀. So nothing
+//! depends on whether an edge is taken to lie just inside or just outside of the triangle, as edges
+//! often coincide.
 //!
 //! The kernel K is taken to be linear over the triangle, so that the triangle must be small
 //! against its distance.
@@ -137,46 +138,51 @@ fn cover_kernel(
             + normal.z * (fz[l] - origin.z);
         turn[l] = if height > 0.0 { 1.0 } else { -1.0 };
     }
-    let (mut sum, mut least, mut most) = ([0.0_f32; LANES], [0.0_f32; LANES], [1.0_f32; LANES]);
+    let mut sum = [0.0_f32; LANES];
     let [k0, k1, k2] = &target.kernel;
     for k in 0..count {
         let [a0, a1, a2] = &drawn[k];
         let [b0, b1, b2] = &drawn[if k + 1 < count { k + 1 } else { 0 }];
         for l in 0..LANES {
             let (a, b) = ([a0[l], a1[l], a2[l]], [b0[l], b1[l], b2[l]]);
-            // The polygon's edge within the triangle.
-            let (mut from, mut to) = (0.0_f32, 1.0_f32);
-            (from, to) = clip(a[0], b[0], from, to);
-            (from, to) = clip(a[1], b[1], from, to);
-            (from, to) = clip(a[2], b[2], from, to);
-            let p = [
-                a[0] + (b[0] - a[0]) * from,
-                a[1] + (b[1] - a[1]) * from,
-                a[2] + (b[2] - a[2]) * from,
-            ];
-            let q = [a[0] + (b[0] - a[0]) * to, a[1] + (b[1] - a[1]) * to, a[2] + (b[2] - a[2]) * to];
+            // The part of the edge within the wedge at p₀.
+            let (from, to) = clip(a[1], b[1], 0.0, 1.0);
+            let (from, to) = clip(a[2], b[2], from, to);
+            // Where it passes out of the triangle.
+            let (a_in, b_in) = (a[0] >= 0.0, b[0] >= 0.0);
+            let zero = a[0] / (a[0] - b[0]);
+            let zero = if zero > from { zero } else { from };
+            let zero = if zero < to { zero } else { to };
+            let (k1l, k2l) = (k1[l] - k0[l], k2[l] - k0[l]);
+            let (s, t) = (if a_in { from } else { zero }, if b_in { to } else { zero });
+            let (p, q) = (between(&a, &b, s), between(&a, &b, t));
             let (sp, sq) = (1.0 / (p[0] + p[1] + p[2]), 1.0 / (q[0] + q[1] + q[2]));
             let (pu, pv, qu, qv) = (p[1] * sp, p[2] * sp, q[1] * sq, q[2] * sq);
-            let (k1l, k2l) = (k1[l] - k0[l], k2[l] - k0[l]);
             let kernel = 3.0 * k0[l] + k1l * (pu + qu) + k2l * (pv + qv);
-            let part = turn[l] * (pu * qv - pv * qu) * kernel;
-            sum[l] += if from < to { part } else { 0.0 };
-            // The triangle's edge from p₁ to p₂ within the polygon.
-            let g1 = turn[l] * (a[2] * b[0] - a[0] * b[2]);
-            let g2 = turn[l] * (a[0] * b[1] - a[1] * b[0]);
-            (least[l], most[l]) = clip(g1, g2, least[l], most[l]);
+            let part = (pu * qv - pv * qu) * kernel;
+            let within = if (a_in | b_in) & (s < t) { part } else { 0.0 };
+            let (s, t) = (if a_in { zero } else { from }, if b_in { zero } else { to });
+            let (p, q) = (between(&a, &b, s), between(&a, &b, t));
+            let (pv, qv) = (p[2] / (p[1] + p[2]), q[2] / (q[1] + q[2]));
+            let kernel = 3.0 * k0[l] + k1l * (2.0 - pv - qv) + k2l * (pv + qv);
+            let part = (qv - pv) * kernel;
+            let beyond = if !(a_in & b_in) & (s < t) { part } else { 0.0 };
+            sum[l] += if from < to { within + beyond } else { 0.0 };
         }
     }
     for l in 0..LANES {
-        let (k1l, k2l) = (k1[l] - k0[l], k2[l] - k0[l]);
-        let (s, t) = (least[l], most[l]);
-        let kernel = 3.0 * k0[l] + k1l * (2.0 - s - t) + k2l * (s + t);
-        let all = sum[l] + if s < t { (t - s) * kernel } else { 0.0 };
+        let all = turn[l] * sum[l];
         let counts = sense * turn[l] >= 0.0;
         // What is not a number counts as nothing.
         let all = if counts & (all > 0.0) { all } else { 0.0 };
         hidden.0[l] += if all < 1.0 { all } else { 1.0 };
     }
+}
+
+/// A point of an edge from `a` to `b`.
+#[inline(always)]
+fn between(a: &[f32; 3], b: &[f32; 3], t: f32) -> [f32; 3] {
+    [a[0] + (b[0] - a[0]) * t, a[1] + (b[1] - a[1]) * t, a[2] + (b[2] - a[2]) * t]
 }
 
 /// The part of an interval where a linear function that is `a` at 0 and `b` at 1 is not negative.

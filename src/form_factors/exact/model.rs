@@ -8,6 +8,7 @@ use super::far::Columns;
 use super::shaft::BlockerTree;
 use super::tree::{Extent, Tree};
 use super::unoccluded::{Polygon, area};
+use super::visible::MOST_RAYS;
 use crate::patches::{Cell, PatchId, Patches};
 use crate::scene::Geometry;
 use crate::visibility::{Bvh, ROUNDING};
@@ -37,6 +38,8 @@ pub(super) struct Model<'a> {
     pub columns: Columns,
     pub coplanar: f64,
     pub touching: f64,
+    /// Points of a four-dimensional Sobol' sequence, scrambled as Owen (1995) does.
+    pub samples: Vec<[f32; 4]>,
     pieces: Vec<Piece>,
     /// Where the pieces of each patch begin, in the order of the tree, and where the last end.
     starts: Vec<u32>,
@@ -113,6 +116,7 @@ impl<'a> Model<'a> {
             columns: Columns::default(),
             coplanar,
             touching,
+            samples: (0..MOST_RAYS as u32).map(|i| sobol_burley::sample_4d(i, 0, 0)).collect(),
             pieces,
             starts,
             areas,

@@ -29,9 +29,13 @@ const SMALL: f64 = 0.4;
 /// Triangles are split so often at most to be small.
 const SPLITS: u32 = 2;
 
-/// Shadow rays of a pair: at first, and at most.
-const FIRST_RAYS: usize = 32;
-const MOST_RAYS: usize = 1024;
+/// More points are asked if their view of the blockers differs by more than this, times the effort.
+const SPREAD: f64 = 0.2;
+
+/// Shadow rays of a pair of the mean factor that is all in doubt, and of any pair.
+const RAYS: f64 = 256.0;
+const LEAST_RAYS: usize = 64;
+pub(super) const MOST_RAYS: usize = 1024;
 
 /// Work on a pair; reused.
 pub(super) struct Room {
@@ -81,7 +85,28 @@ struct Seen {
     /// Of it what is hidden, if overlapping blockers do so independently of each other.
     hidden: f64,
     /// Range of it, if not.
-    open: f64,
+    least: f64,
+    most: f64,
+    /// Sum of the squares of hidden shares.
+    squares: f64,
+}
+
+impl Seen {
+    /// Standard deviation of the hidden share from point to point.
+    fn spread(&self) -> f64 {
+        let mean = self.hidden / self.all.max(f64::MIN_POSITIVE);
+        (self.squares / self.all.max(f64::MIN_POSITIVE) - mean * mean).max(0.0).sqrt()
+    }
+}
+
+impl Cut {
+    /// Distance of a point from the nearest corner or middle of an edge.
+    fn distance(&self, p: DVec3) -> f64 {
+        let corners = &self.corners[..self.len];
+        let edges = (0..self.len).map(|k| 0.5 * (corners[k] + corners[(k + 1) % self.len]));
+        let points = corners.iter().copied().chain(edges);
+        points.map(|c| c.distance_squared(p)).fold(f64::INFINITY, f64::min).sqrt()
+    }
 }
 
 /// A pair of pieces in front of each other, and what is known of it.
@@ -131,15 +156,17 @@ impl Pair<'_> {
         match room.cuts.len() {
             0 => return 1.0,
             1..=MANY => {}
-            _ => return self.by_rays(model, room),
+            _ => return self.by_rays(1.0, model, room),
         }
         room.cuts.sort_by_key(|c| c.group);
         let seen = self.by_cover(room);
         if seen.all <= 0.0 {
             return 1.0;
         }
-        if seen.open > OVERLAP * seen.all {
-            return self.by_rays(model, room);
+        if seen.most - seen.least > OVERLAP * seen.all {
+            let (least, most) = (1.0 - seen.most / seen.all, 1.0 - seen.least / seen.all);
+            let gap = (seen.most - seen.least) / seen.all;
+            return self.by_rays(gap, model, room).clamp(least.clamp(0.0, 1.0), most.clamp(0.0, 1.0));
         }
         (1.0 - seen.hidden / seen.all).clamp(0.0, 1.0)
     }
@@ -178,25 +205,30 @@ impl Pair<'_> {
         Some(Cut { corners, len: second.len(), normal: q.normal, group, one_sided })
     }
 
+    /// What points of either polygon see of the other: of that first whose view of the blockers seems to
+    /// change less, and of both if that does not do; then of more points.
     fn by_cover(&self, room: &mut Room) -> Seen {
-        // Points lie on the polygon farther from what hides the other: its shadow moves least.
         let [a, b] = self.polygons.each_ref().map(centre);
-        let near_b = room
-            .cuts
-            .iter()
-            .map(|c| {
-                let middle = c.corners[..c.len].iter().sum::<DVec3>() / c.len as f64;
-                middle.distance(b) - middle.distance(a)
-            })
-            .sum::<f64>();
-        let forward = near_b <= 0.0;
+        let nearer = |c: &Cut| c.distance(b) - c.distance(a);
+        let forward = room.cuts.iter().map(nearer).sum::<f64>() <= 0.0;
         let (from, to) = if forward { (0, 1) } else { (1, 0) };
+        let seen = self.view((from, to), 0, room);
+        if self.effort * seen.spread() <= SPREAD {
+            return seen;
+        }
+        let other = self.view((to, from), 0, room);
+        let (seen, from, to) =
+            if other.spread() < seen.spread() { (other, to, from) } else { (seen, from, to) };
+        match self.effort * seen.spread() / SPREAD {
+            x if x <= 1.0 => seen,
+            x if x <= 8.0 => self.view((from, to), 1, room),
+            _ => self.view((from, to), 2, room),
+        }
+    }
+
+    /// What points of polygon `from` see of polygon `to`, if split `finer` times.
+    fn view(&self, (from, to): (usize, usize), finer: u32, room: &mut Room) -> Seen {
         let mut seen = Seen::default();
-        let finer = if self.effort > 64.0 {
-            2
-        } else {
-            u32::from(self.effort > 8.0)
-        };
         for x in self.polygons[from].fan() {
             for y in self.polygons[to].fan() {
                 self.look(x, y, (from, to), (SPLITS, finer), room, &mut seen);
@@ -278,30 +310,23 @@ impl Pair<'_> {
         for l in 0..LANES {
             let weight = f64::from(target.weight[l]) * share;
             seen.all += weight;
-            seen.hidden += weight * f64::from(1.0 - clear[l]);
-            seen.open += weight * f64::from((sum[l].min(1.0) - most[l]).max(0.0));
+            let hidden = f64::from(1.0 - clear[l]);
+            seen.hidden += weight * hidden;
+            seen.squares += weight * hidden * hidden;
+            seen.least += weight * f64::from(most[l]);
+            seen.most += weight * f64::from(sum[l].min(1.0));
         }
     }
 
-    fn by_rays(&self, model: &Model<'_>, room: &mut Room) -> f64 {
-        let most = ((64.0 * self.effort) as usize).clamp(FIRST_RAYS, MOST_RAYS);
-        let (mut all, mut kept, mut drawn) = (0.0, 0.0, 0);
-        let mut count = FIRST_RAYS;
-        while drawn < most {
-            let (a, k) = self.trace(model, drawn, count, room);
-            (all, kept) = (all + a, kept + k);
-            drawn += count;
-            count = (most - drawn).next_multiple_of(LANES).min(MOST_RAYS - drawn);
-            if kept <= 0.0 || kept >= all {
-                break;
-            }
-        }
+    /// Asks shadow rays; the more, the larger the share of the pair is that is in doubt.
+    fn by_rays(&self, doubt: f64, model: &Model<'_>, room: &mut Room) -> f64 {
+        let rays = (RAYS * self.effort * doubt) as usize;
+        let (all, kept) = self.trace(model, rays.clamp(LEAST_RAYS, MOST_RAYS) / LANES * LANES, room);
         if all > 0.0 { kept / all } else { 1.0 }
     }
 
-    /// The kernel between pairs of points `first` to `first + count`, of all and of those that see each
-    /// other.
-    fn trace(&self, model: &Model<'_>, first: usize, count: usize, room: &mut Room) -> (f64, f64) {
+    /// The kernel between `count` pairs of points, of all and of those that see each other.
+    fn trace(&self, model: &Model<'_>, count: usize, room: &mut Room) -> (f64, f64) {
         let Room { packets, weights, blocked, .. } = room;
         packets.clear();
         packets.resize(count / LANES, Packet::EMPTY);
@@ -309,8 +334,7 @@ impl Pair<'_> {
         weights.resize(count, 0.0);
         let shift = shifts(self.seed);
         let [p, q] = &self.polygons;
-        for k in 0..count {
-            let s = sobol_burley::sample_4d((first + k) as u32, 0, 0);
+        for (k, s) in model.samples[..count].iter().enumerate() {
             let u: [f64; 4] = std::array::from_fn(|d| (f64::from(s[d]) + shift[d]).fract());
             let x = point(p, u[0], u[1]);
             let y = point(q, u[2], u[3]);
