@@ -75,6 +75,8 @@ struct Cut {
     group: u32,
     /// Whether only what enters by the front counts.
     one_sided: bool,
+    /// How much it has been found to hide.
+    hides: f64,
 }
 
 /// What hides a pair, and how sure that is.
@@ -202,27 +204,27 @@ impl Pair<'_> {
         let mut corners = [DVec3::ZERO; MOST];
         corners[..second.len()].copy_from_slice(second);
         let group = if one_sided { q.body } else { model.blockers.bodies.len() as u32 + number };
-        Some(Cut { corners, len: second.len(), normal: q.normal, group, one_sided })
+        Some(Cut { corners, len: second.len(), normal: q.normal, group, one_sided, hides: 0.0 })
     }
 
-    /// What points of either polygon see of the other: of that first whose view of the blockers seems to
-    /// change less, and of both if that does not do; then of more points.
+    /// What points of one polygon see of the other. They lie on the one that is farther from what hides
+    /// the other: its shadow moves least. Where they see very differently, more of them are asked.
     fn by_cover(&self, room: &mut Room) -> Seen {
         let [a, b] = self.polygons.each_ref().map(centre);
-        let nearer = |c: &Cut| c.distance(b) - c.distance(a);
-        let forward = room.cuts.iter().map(nearer).sum::<f64>() <= 0.0;
-        let (from, to) = if forward { (0, 1) } else { (1, 0) };
-        let seen = self.view((from, to), 0, room);
-        if self.effort * seen.spread() <= SPREAD {
-            return seen;
+        let way = |room: &Room, weight: &dyn Fn(&Cut) -> f64| {
+            let nearer = |c: &Cut| weight(c) * (c.distance(b) - c.distance(a));
+            if room.cuts.iter().map(nearer).sum::<f64>() <= 0.0 { (0, 1) } else { (1, 0) }
+        };
+        let guess = way(room, &|_| 1.0);
+        let mut seen = self.view(guess, 0, room);
+        let best = if seen.hidden > 0.0 { way(room, &|c| c.hides) } else { guess };
+        if best != guess {
+            seen = self.view(best, 0, room);
         }
-        let other = self.view((to, from), 0, room);
-        let (seen, from, to) =
-            if other.spread() < seen.spread() { (other, to, from) } else { (seen, from, to) };
         match self.effort * seen.spread() / SPREAD {
             x if x <= 1.0 => seen,
-            x if x <= 8.0 => self.view((from, to), 1, room),
-            _ => self.view((from, to), 2, room),
+            x if x <= 8.0 => self.view(best, 1, room),
+            _ => self.view(best, 2, room),
         }
     }
 
@@ -287,8 +289,10 @@ impl Pair<'_> {
         let [near, far] = [from, to].map(|k| self.polygons[k].normal.as_vec3());
         aim(target, near, far);
         let (mut clear, mut most, mut sum) = ([1.0_f32; LANES], [0.0_f32; LANES], [0.0_f32; LANES]);
-        for group in cuts.chunk_by(|a, b| a.group == b.group) {
+        let share = area_of(x) * area(y);
+        for group in cuts.chunk_by_mut(|a, b| a.group == b.group) {
             let mut hidden = Hidden([0.0; LANES]);
+            let mut before = 0.0_f32;
             for cut in group {
                 polygon.clear();
                 polygon.extend(cut.corners[..cut.len].iter().map(|&c| (c - origin).as_vec3()));
@@ -298,6 +302,9 @@ impl Pair<'_> {
                     (true, _) => -1.0,
                 };
                 cover(target, polygon, cut.normal.as_vec3(), sense, &mut hidden);
+                let after: f32 = hidden.0.iter().zip(&target.weight).map(|(h, w)| h * w).sum();
+                cut.hides += f64::from(after - before) * share;
+                before = after;
             }
             for l in 0..LANES {
                 let h = hidden.0[l].min(1.0);
@@ -306,7 +313,6 @@ impl Pair<'_> {
                 sum[l] += h;
             }
         }
-        let share = area_of(x) * area(y);
         for l in 0..LANES {
             let weight = f64::from(target.weight[l]) * share;
             seen.all += weight;
