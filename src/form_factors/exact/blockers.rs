@@ -35,6 +35,9 @@ pub(super) struct Blocker {
     pub offset: f64,
     /// Counter-clockwise about the normal.
     pub corners: Vec<DVec3>,
+    /// The box about them.
+    pub low: DVec3,
+    pub high: DVec3,
     /// The capped convex body that it bounds, or [`NONE`].
     pub body: u32,
 }
@@ -139,7 +142,9 @@ impl Blockers {
                 for t in triangles {
                     polygon_of[t.index()] = me.polygons.len() as u32;
                 }
-                me.polygons.push(Blocker { normal, offset, corners: hull, body: NONE });
+                let low = hull.iter().fold(DVec3::INFINITY, |l, &c| l.min(c));
+                let high = hull.iter().fold(DVec3::NEG_INFINITY, |h, &c| h.max(c));
+                me.polygons.push(Blocker { normal, offset, corners: hull, low, high, body: NONE });
             }
         }
         me.find_bodies(geometry, &uses, &polygon_of, coplanar);
@@ -228,9 +233,10 @@ fn flat_regions(geometry: &Geometry, uses: &[EdgeUse], coplanar: f64) -> Vec<u32
             for &n in &next_to[t.index()] {
                 let flat = region[n.index()] == NONE
                     && front(n).dot(normal) > 0.999
-                    && geometry.corners(n).iter().all(|&v| {
-                        normal.dot(v - origin).abs() <= coplanar
-                    });
+                    && geometry
+                        .corners(n)
+                        .iter()
+                        .all(|&v| normal.dot(v - origin).abs() <= coplanar);
                 if flat {
                     region[n.index()] = seed.0;
                     stack.push(n);
@@ -309,8 +315,7 @@ impl Part {
     fn is_convex(&self) -> bool {
         let h = &self.hull;
         let o = h[0].0;
-        let twice: f64 =
-            (2..h.len()).map(|k| (h[k - 1].0 - o).perp_dot(h[k].0 - o)).sum();
+        let twice: f64 = (2..h.len()).map(|k| (h[k - 1].0 - o).perp_dot(h[k].0 - o)).sum();
         h.len() <= MOST_CORNERS && (0.5 * twice - self.area).abs() <= AREA * self.area
     }
 
@@ -384,9 +389,8 @@ mod tests {
         let m = b.material(Material::default());
         let cells = [[0, 0], [1, 0], [2, 0], [0, 1], [0, 2], [1, 1]];
         for [i, j] in cells {
-            let v = [[0, 0], [1, 0], [1, 1], [0, 1]].map(|[x, y]| {
-                b.vertex(DVec3::new(f64::from(i + x), f64::from(j + y), 0.0))
-            });
+            let v = [[0, 0], [1, 0], [1, 1], [0, 1]]
+                .map(|[x, y]| b.vertex(DVec3::new(f64::from(i + x), f64::from(j + y), 0.0)));
             b.triangle([v[0], v[1], v[2]], None, s, m, Sides::One);
             b.triangle([v[0], v[2], v[3]], None, s, m, Sides::One);
         }

@@ -60,7 +60,8 @@ multiversion! {
 fn aim_kernel(target: &mut Target, near: Vec3, far: Vec3) {
     let [p0, p1, p2] = target.corners;
     let (e0, e1, e2) = (p2 - p1, p0 - p2, p1 - p0);
-    let Target { from: [fx, fy, fz], kernel: [k0, k1, k2], weight, dual: [m0, m1, m2], .. } = target;
+    let Target { from: [fx, fy, fz], kernel: [k0, k1, k2], weight, dual: [m0, m1, m2], .. } =
+        target;
     let ([m0x, m0y, m0z], [m1x, m1y, m1z], [m2x, m2y, m2z]) = (m0, m1, m2);
     for l in 0..LANES {
         let (x, y, z) = (fx[l], fy[l], fz[l]);
@@ -76,11 +77,8 @@ fn aim_kernel(target: &mut Target, near: Vec3, far: Vec3) {
         (m1x[l], m1y[l], m1z[l]) = (vx * inverse, vy * inverse, vz * inverse);
         (m2x[l], m2y[l], m2z[l]) = (wx * inverse, wy * inverse, wz * inverse);
         let height = -(far.x * ax + far.y * ay + far.z * az);
-        let (ra, rb, rc) = (
-            ax * ax + ay * ay + az * az,
-            bx * bx + by * by + bz * bz,
-            cx * cx + cy * cy + cz * cz,
-        );
+        let (ra, rb, rc) =
+            (ax * ax + ay * ay + az * az, bx * bx + by * by + bz * bz, cx * cx + cy * cy + cz * cz);
         let (ha, hb, hc) = (
             near.x * ax + near.y * ay + near.z * az,
             near.x * bx + near.y * by + near.z * bz,
@@ -110,13 +108,7 @@ multiversion! {
 }
 
 #[inline(always)]
-fn cover_kernel(
-    target: &Target,
-    polygon: &[Vec3],
-    normal: Vec3,
-    sense: f32,
-    hidden: &mut Hidden,
-) {
+fn cover_kernel(target: &Target, polygon: &[Vec3], normal: Vec3, sense: f32, hidden: &mut Hidden) {
     let count = polygon.len().min(MOST);
     let Some(&origin) = polygon.first() else { return };
     let [fx, fy, fz] = &target.from;
@@ -245,15 +237,35 @@ mod tests {
         let from = vec3(0.3, 0.4, 3.0);
         let t = target(corners, from, vec3(0.3, 0.0, -1.0).normalize());
         let shapes = [
-            vec![vec3(0.0, 0.0, 1.0), vec3(0.5, 0.0, 1.0), vec3(0.5, 0.5, 1.2), vec3(0.0, 0.5, 1.2)],
-            vec![vec3(-9.0, -9.0, 1.0), vec3(0.4, -9.0, 1.0), vec3(0.4, 9.0, 1.0), vec3(-9.0, 9.0, 1.0)],
+            vec![
+                vec3(0.0, 0.0, 1.0),
+                vec3(0.5, 0.0, 1.0),
+                vec3(0.5, 0.5, 1.2),
+                vec3(0.0, 0.5, 1.2),
+            ],
+            vec![
+                vec3(-9.0, -9.0, 1.0),
+                vec3(0.4, -9.0, 1.0),
+                vec3(0.4, 9.0, 1.0),
+                vec3(-9.0, 9.0, 1.0),
+            ],
             vec![vec3(0.2, 0.2, 0.5), vec3(0.4, 0.2, 0.5), vec3(0.3, 0.4, 0.7)],
             vec![vec3(-9.0, -9.0, 2.0), vec3(9.0, -9.0, 2.0), vec3(0.0, 19.0, 2.0)],
             vec![vec3(3.0, 3.0, 1.0), vec3(4.0, 3.0, 1.0), vec3(3.0, 4.0, 1.0)],
             // Reaches above the points.
-            vec![vec3(0.25, -1.0, 0.2), vec3(0.25, 0.3, 0.2), vec3(0.1, 0.3, 9.0), vec3(0.1, -1.0, 9.0)],
+            vec![
+                vec3(0.25, -1.0, 0.2),
+                vec3(0.25, 0.3, 0.2),
+                vec3(0.1, 0.3, 9.0),
+                vec3(0.1, -1.0, 9.0),
+            ],
             // Stands on the triangle.
-            vec![vec3(0.2, 0.2, 0.0), vec3(0.5, 0.3, 0.0), vec3(0.5, 0.3, 1.0), vec3(0.2, 0.2, 1.0)],
+            vec![
+                vec3(0.2, 0.2, 0.0),
+                vec3(0.5, 0.3, 0.0),
+                vec3(0.5, 0.3, 1.0),
+                vec3(0.2, 0.2, 1.0),
+            ],
         ];
         for (n, mut shape) in shapes.into_iter().enumerate() {
             for _ in 0..2 {
@@ -266,7 +278,11 @@ mod tests {
                 cover(&t, &shape, normal, -1.0, &mut other);
                 for l in [0, 7, 15] {
                     let expected = counted(&t, l, &shape, normal);
-                    assert!((hidden.0[l] - expected).abs() < 0.01, "{n}: {} {expected}", hidden.0[l]);
+                    assert!(
+                        (hidden.0[l] - expected).abs() < 0.01,
+                        "{n}: {} {expected}",
+                        hidden.0[l]
+                    );
                     assert_eq!(one.0[l] + other.0[l], hidden.0[l]);
                 }
                 shape.reverse();

@@ -121,13 +121,22 @@ fn exchange_kernel(columns: &Columns, row: usize, from: usize, out: &mut [Lanes]
             let (h_mean, g_mean) = ((h0 + h1) + h2, (g0 + g1) + g2);
             let (h0, h1, h2) = (h0 + h_mean / 3.0, h1 + h_mean / 3.0, h2 + h_mean / 3.0);
             let (g0, g1, g2) = (g0 + g_mean / 3.0, g1 + g_mean / 3.0, g2 + g_mean / 3.0);
-            let (sx, sy, sz) = (0.5 * (ox[l] + px[l]), 0.5 * (oy[l] + py[l]), 0.5 * (oz[l] + pz[l]));
-            let (tx, ty, tz) = (0.5 * (ox[l] + qx[l]), 0.5 * (oy[l] + qy[l]), 0.5 * (oz[l] + qz[l]));
-            let (vx, vy, vz) = (0.5 * (ox[l] + rx[l]), 0.5 * (oy[l] + ry[l]), 0.5 * (oz[l] + rz[l]));
+            let (sx, sy, sz) =
+                (0.5 * (ox[l] + px[l]), 0.5 * (oy[l] + py[l]), 0.5 * (oz[l] + pz[l]));
+            let (tx, ty, tz) =
+                (0.5 * (ox[l] + qx[l]), 0.5 * (oy[l] + qy[l]), 0.5 * (oz[l] + qz[l]));
+            let (vx, vy, vz) =
+                (0.5 * (ox[l] + rx[l]), 0.5 * (oy[l] + ry[l]), 0.5 * (oz[l] + rz[l]));
             let [p, q, r] = points;
-            let s0 = h0 * kernel(p, sx, sy, sz) + h1 * kernel(p, tx, ty, tz) + h2 * kernel(p, vx, vy, vz);
-            let s1 = h0 * kernel(q, sx, sy, sz) + h1 * kernel(q, tx, ty, tz) + h2 * kernel(q, vx, vy, vz);
-            let s2 = h0 * kernel(r, sx, sy, sz) + h1 * kernel(r, tx, ty, tz) + h2 * kernel(r, vx, vy, vz);
+            let s0 = h0 * kernel(p, sx, sy, sz)
+                + h1 * kernel(p, tx, ty, tz)
+                + h2 * kernel(p, vx, vy, vz);
+            let s1 = h0 * kernel(q, sx, sy, sz)
+                + h1 * kernel(q, tx, ty, tz)
+                + h2 * kernel(q, vx, vy, vz);
+            let s2 = h0 * kernel(r, sx, sy, sz)
+                + h1 * kernel(r, tx, ty, tz)
+                + h2 * kernel(r, vx, vy, vz);
             // Twice each height has been added up.
             let s = 0.25 * area * areas[l] * ((g0 * s0 + g1 * s1) + g2 * s2);
             let odd = (radius == f32::INFINITY) | (radii[l] == f32::INFINITY);

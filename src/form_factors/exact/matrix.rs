@@ -59,8 +59,12 @@ impl Exact<'_> {
         let mut factors = FormFactors::new(self.model.len(), limit);
         for first in (0..tiles).step_by(WAVE) {
             let wave = first..(first + WAVE).min(tiles);
-            let made: Vec<(Vec<PatchId>, Vec<Row>)> =
-                wave.clone().into_par_iter().with_max_len(1).map(|t| self.rows(t, &upper)).collect();
+            let made: Vec<(Vec<PatchId>, Vec<Row>)> = wave
+                .clone()
+                .into_par_iter()
+                .with_max_len(1)
+                .map(|t| self.rows(t, &upper))
+                .collect();
             for (ids, rows) in &made {
                 factors.take(ids, rows)?;
             }

@@ -4,14 +4,14 @@
 use glam::DVec3;
 
 use super::blockers::Blockers;
-use super::far::Columns;
+use super::far::{Columns, exchange_with};
 use super::shaft::BlockerTree;
 use super::tree::{Extent, Tree};
 use super::unoccluded::{Polygon, area};
 use super::visible::MOST_RAYS;
 use crate::patches::{Cell, PatchId, Patches};
 use crate::scene::Geometry;
-use crate::visibility::{Bvh, ROUNDING};
+use crate::visibility::{Bvh, LANES, ROUNDING};
 
 /// Heights below this share of the scene's radius are none: what lies in one plane exchanges nothing.
 const COPLANAR: f64 = 1e-10;
@@ -38,6 +38,8 @@ pub(super) struct Model<'a> {
     pub columns: Columns,
     pub coplanar: f64,
     pub touching: f64,
+    /// What factors are like: their root-mean-square.
+    pub typical: f64,
     /// Points of a four-dimensional Sobol' sequence, scrambled as Owen (1995) does.
     pub samples: Vec<[f32; 4]>,
     pieces: Vec<Piece>,
@@ -116,6 +118,7 @@ impl<'a> Model<'a> {
             columns: Columns::default(),
             coplanar,
             touching,
+            typical: 1.0,
             samples: (0..MOST_RAYS as u32).map(|i| sobol_burley::sample_4d(i, 0, 0)).collect(),
             pieces,
             starts,
@@ -124,7 +127,27 @@ impl<'a> Model<'a> {
             place,
         };
         me.columns = Columns::new(&me);
+        me.typical = me.find_typical();
         me
+    }
+
+    /// The root-mean-square of all factors, were nothing in the way, from those of some patches.
+    fn find_typical(&self) -> f64 {
+        const ROWS: usize = 128;
+        let n = self.len();
+        let scale4 = self.bvh.scale().powi(4);
+        let mut row = vec![[0.0; LANES]; n.div_ceil(LANES)];
+        let (mut sum, mut count) = (0.0, 0_usize);
+        for i in (0..n).step_by(n.div_ceil(ROWS).max(1)) {
+            exchange_with(&self.columns, i, 0, &mut row);
+            let areas = self.areas.iter().map(|a| 1.0 / (a * a));
+            for (s, inverse) in row.as_flattened().iter().zip(areas).filter(|e| *e.0 > 0.0) {
+                let s2 = f64::from(*s).powi(2) * scale4;
+                sum += s2 * (inverse + 1.0 / (self.areas[i] * self.areas[i]));
+            }
+            count += 2 * n;
+        }
+        (sum / count.max(1) as f64).sqrt().max(f64::MIN_POSITIVE)
     }
 
     /// Number of patches.
@@ -179,7 +202,12 @@ const SPLITS: u32 = 5;
 
 /// Hands a cell, or parts of it, to whom it belongs; parts that belong to several are nobody's.
 /// Returns the owner if it is one.
-fn share_out(patches: &Patches, cell: Cell, depth: u32, cells: &mut [Vec<Cell>]) -> Option<PatchId> {
+fn share_out(
+    patches: &Patches,
+    cell: Cell,
+    depth: u32,
+    cells: &mut [Vec<Cell>],
+) -> Option<PatchId> {
     let mut parts = Vec::new();
     let owner = owners(patches, cell, depth, &mut parts);
     match owner {

@@ -73,7 +73,8 @@ impl Shaft {
     /// Whether a polygon is outside for certain.
     fn misses(&self, corners: &[DVec3]) -> bool {
         (0..3).any(|k| {
-            corners.iter().all(|c| c[k] > self.high[k]) || corners.iter().all(|c| c[k] < self.low[k])
+            corners.iter().all(|c| c[k] > self.high[k])
+                || corners.iter().all(|c| c[k] < self.low[k])
         }) || self.planes.iter().any(|&(n, d)| corners.iter().all(|&c| n.dot(c) > d))
     }
 }
@@ -92,12 +93,21 @@ pub(super) fn face_away(a: &Node, b: &Node, coplanar: f64) -> bool {
 }
 
 /// What a polygon does between two groups that the shaft is about. A body's face counts if it is
-/// entered from `a`, unless something of `a` is inside.
-pub(super) fn relation(q: &Blocker, shaft: &Shaft, a: &Node, b: &Node, coplanar: f64) -> Between {
+/// entered from `a`, unless something of `a` is inside. `closely` also looks at small polygons from
+/// corner to corner.
+pub(super) fn relation(
+    q: &Blocker,
+    shaft: &Shaft,
+    [a, b]: [&Node; 2],
+    closely: bool,
+    coplanar: f64,
+) -> Between {
+    if shaft.misses_box(q.low, q.high) {
+        return Between::Nothing;
+    }
     let (a_low, a_high) = range(a.corners().iter().map(|&c| q.height(c)));
     let (b_low, b_high) = range(b.corners().iter().map(|&c| q.height(c)));
-    let same_side =
-        a_low.min(b_low) >= -coplanar || a_high.max(b_high) <= coplanar;
+    let same_side = a_low.min(b_low) >= -coplanar || a_high.max(b_high) <= coplanar;
     let entered = q.body != NONE && !a.inside.contains(&q.body);
     if same_side || entered && (a_high <= coplanar || b_low >= -coplanar) {
         return Between::Nothing;
@@ -108,24 +118,35 @@ pub(super) fn relation(q: &Blocker, shaft: &Shaft, a: &Node, b: &Node, coplanar:
     if behind(a) || behind(b) || shaft.misses(&q.corners) {
         return Between::Nothing;
     }
-    let parted = if a_low > coplanar && b_high < -coplanar {
-        1.0
-    } else if a_high < -coplanar && b_low > coplanar {
-        -1.0
-    } else {
+    // What is smaller than both groups cannot hide one from the other.
+    let large = q.low.distance_squared(q.high) >= a.diagonal().min(b.diagonal());
+    if !large && !closely {
         return Between::Something;
-    };
+    }
+    if a_low > coplanar && b_high < -coplanar {
+        across(q, a, b, 1.0, coplanar)
+    } else if a_high < -coplanar && b_low > coplanar {
+        across(q, a, b, -1.0, coplanar)
+    } else {
+        Between::Something
+    }
+}
+
+/// What a polygon does whose plane parts two groups; `a` is in front of it if `side` is 1, behind it
+/// if -1.
+fn across(q: &Blocker, a: &Node, b: &Node, side: f64, coplanar: f64) -> Between {
     let mut inside = true;
     for k in 0..q.corners.len() {
         let (q0, q1) = (q.corners[k], q.corners[(k + 1) % q.corners.len()]);
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
         for &x in a.corners() {
-            let plane = (q0 - x).cross(q1 - x);
-            let (l, h) = range(b.corners().iter().map(|&y| plane.dot(y - x)));
-            (low, high) = (low.min(l), high.max(h));
+            let plane = (q0 - x).cross(q1 - x) * side;
+            for &y in b.corners() {
+                let product = plane.dot(y - x);
+                (low, high) = (low.min(product), high.max(product));
+            }
         }
         // As seen from the front, segments inside pass on the left: the product is negative.
-        let (low, high) = if parted > 0.0 { (low, high) } else { (-high, -low) };
         let noise = coplanar * coplanar * (q1 - q0).length();
         if low >= -noise {
             return Between::Nothing;
@@ -154,15 +175,8 @@ struct BlockerNode {
 
 impl BlockerTree {
     pub fn new(blockers: &Blockers) -> Self {
-        let boxes: Vec<(DVec3, DVec3)> = blockers
-            .polygons
-            .iter()
-            .map(|p| {
-                p.corners.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), &c| {
-                    (l.min(c), h.max(c))
-                })
-            })
-            .collect();
+        let boxes: Vec<(DVec3, DVec3)> =
+            blockers.polygons.iter().map(|p| (p.low, p.high)).collect();
         let mut me = Self { nodes: Vec::new(), order: (0..boxes.len() as u32).collect() };
         if !boxes.is_empty() {
             me.build(0, boxes.len(), &boxes);
@@ -173,10 +187,10 @@ impl BlockerTree {
     fn build(&mut self, from: usize, to: usize, boxes: &[(DVec3, DVec3)]) {
         const LEAF: usize = 4;
         let of = |&i: &u32| boxes[i as usize];
-        let (low, high) = self.order[from..to].iter().map(of).fold(
-            (DVec3::INFINITY, DVec3::NEG_INFINITY),
-            |(l, h), (a, b)| (l.min(a), h.max(b)),
-        );
+        let (low, high) = self.order[from..to]
+            .iter()
+            .map(of)
+            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), (a, b)| (l.min(a), h.max(b)));
         let at = self.nodes.len();
         self.nodes.push(BlockerNode { low, high, from: from as u32, to: to as u32, second: 0 });
         if to - from <= LEAF {

@@ -14,8 +14,16 @@ use crate::visibility::{LANES, Lanes};
 /// What is known of the blockers between two patches of the tiles.
 const HIDDEN: u16 = 0;
 const SEEN: u16 = 1;
+/// So much may lie between that rays are to tell.
+const CROWDED: u16 = 2;
 /// From here on: the number of a list of blockers.
-const LISTS: u16 = 2;
+const LISTS: u16 = 3;
+
+/// More blockers are a crowd.
+const CROWD: usize = 64;
+
+/// Crowds are not sorted out any more between so many pairs of patches.
+const FEW_PAIRS: usize = 64;
 
 /// Work on a pair of tiles; reused.
 pub(super) struct Work {
@@ -124,13 +132,17 @@ impl Task<'_> {
                 let s = if class == SEEN && s != CLOSELY {
                     f64::from(s) * scale2
                 } else {
-                    let list = (class - SEEN.min(class)) as usize;
-                    let list = match list {
-                        0 => 0..0,
-                        k => work.starts[k - 1] as usize..work.starts[k] as usize,
-                    };
                     let known = (s != CLOSELY).then(|| f64::from(s) * scale2);
-                    self.closely(r, c, known, &work.lists[list], &mut work.room)
+                    let between = match class {
+                        SEEN => Some(&[][..]),
+                        CROWDED => None,
+                        list => {
+                            let k = (list - LISTS) as usize;
+                            let list = work.starts[k] as usize..work.starts[k + 1] as usize;
+                            Some(&work.lists[list])
+                        }
+                    };
+                    self.closely(r, c, known, between, &mut work.room)
                 };
                 let s = down(s.min(self.model.areas[r]).min(self.model.areas[c]));
                 if s > 0.0 {
@@ -143,8 +155,16 @@ impl Task<'_> {
         work.counts.rays += std::mem::take(&mut work.room.rays);
     }
 
-    /// S of one pair, 0 if it exchanges nothing; `known` unoccluded, if it is.
-    fn closely(&self, i: usize, j: usize, known: Option<f64>, blockers: &[u32], room: &mut Room) -> f64 {
+    /// S of one pair, 0 if it exchanges nothing; `known` unoccluded, if it is. Without a list of blockers
+    /// rays tell.
+    fn closely(
+        &self,
+        i: usize,
+        j: usize,
+        known: Option<f64>,
+        blockers: Option<&[u32]>,
+        room: &mut Room,
+    ) -> f64 {
         let model = self.model;
         let mut sum = 0.0;
         let least = model.areas[i].min(model.areas[j]);
@@ -161,16 +181,16 @@ impl Task<'_> {
                 if s <= 0.0 {
                     continue;
                 }
-                let v = if blockers.is_empty() {
+                let v = if blockers.is_some_and(<[u32]>::is_empty) {
                     1.0
                 } else {
-                    // A pair matters by its factor, against the mean of a row's.
-                    let factor = s / least * model.len() as f64;
+                    // A pair matters by the larger of its factors.
+                    let factor = s / least / model.typical;
                     let pair = Pair {
                         pieces: [p, q],
                         polygons: polygons.into(),
                         blockers,
-                        effort: factor / 4.0 * (1e-3 / self.error),
+                        effort: 0.5 * factor * (1e-3 / self.error),
                         seed: u64::from(self.seed) << 48 ^ (i as u64) << 32 ^ j as u64,
                     };
                     pair.visible(model, room)
@@ -183,7 +203,13 @@ impl Task<'_> {
 
     /// Sorts out the blockers `given` (a range of the pending ones) between two nodes; `origin` is
     /// where their tiles begin.
-    fn descend(&self, nodes: [u32; 2], origin: [u32; 2], given: std::ops::Range<usize>, work: &mut Work) {
+    fn descend(
+        &self,
+        nodes: [u32; 2],
+        origin: [u32; 2],
+        given: std::ops::Range<usize>,
+        work: &mut Work,
+    ) {
         let tree = &self.model.tree;
         let [a, b] = nodes.map(|n| &tree.nodes[n as usize]);
         if !self.wants(a.from, a.to) && !self.wants(b.from, b.to) {
@@ -195,10 +221,11 @@ impl Task<'_> {
         }
         work.shaft.between(a, b);
         let from = work.pending.len();
+        let closely = a.is_leaf() && b.is_leaf() && given.len() <= CROWD / 2;
         for k in given {
             let q = work.pending[k];
             let blocker = &self.model.blockers.polygons[q as usize];
-            match relation(blocker, &work.shaft, a, b, self.model.touching) {
+            match relation(blocker, &work.shaft, [a, b], closely, self.model.touching) {
                 Between::Nothing => {}
                 Between::Something => work.pending.push(q),
                 Between::Everything => {
@@ -210,8 +237,10 @@ impl Task<'_> {
         let to = work.pending.len();
         if from == to {
             self.mark(nodes, origin, SEEN, work);
+        } else if to - from > CROWD && a.len() * b.len() <= FEW_PAIRS {
+            self.mark(nodes, origin, CROWDED, work);
         } else if a.is_leaf() && b.is_leaf() {
-            let list = LISTS as usize + work.starts.len() - 1;
+            let list = usize::from(LISTS) + work.starts.len() - 1;
             work.lists.extend_from_slice(&work.pending[from..to]);
             work.starts.push(work.lists.len() as u32);
             self.mark(nodes, origin, list as u16, work);

@@ -52,7 +52,8 @@ impl Node {
         self.child == 0
     }
 
-    fn diagonal(&self) -> f64 {
+    /// Square of the diagonal of its box.
+    pub fn diagonal(&self) -> f64 {
         self.low.distance_squared(self.high)
     }
 
@@ -162,7 +163,8 @@ impl Tree {
 /// The smaller rectangle about points of a plane, along an edge or along the longest axis.
 fn rectangle(points: &[DVec3], normal: DVec3, edge: DVec3) -> [DVec3; 4] {
     let about = |direction: DVec3| {
-        let u = (direction - normal * normal.dot(direction)).normalize_or(normal.any_orthonormal_vector());
+        let u = (direction - normal * normal.dot(direction))
+            .normalize_or(normal.any_orthonormal_vector());
         let v = normal.cross(u);
         let o = points[0];
         let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
@@ -183,10 +185,12 @@ fn rectangle(points: &[DVec3], normal: DVec3, edge: DVec3) -> [DVec3; 4] {
 }
 
 fn bounds(patches: &[u32], extents: &[Extent]) -> (DVec3, DVec3) {
-    patches.iter().map(|&p| &extents[p as usize]).fold(
-        (DVec3::INFINITY, DVec3::NEG_INFINITY),
-        |(low, high), e| (low.min(e.low), high.max(e.high)),
-    )
+    patches
+        .iter()
+        .map(|&p| &extents[p as usize])
+        .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), e| {
+            (low.min(e.low), high.max(e.high))
+        })
 }
 
 /// Sorts patches into two parts that differ in place or in direction; returns the length of the first.
@@ -227,7 +231,11 @@ mod tests {
     fn every_patch_is_in_one_tile_and_nodes_hold_their_patches() {
         let corners: Vec<[DVec3; 3]> = (0..1000)
             .map(|k| {
-                let o = DVec3::new(f64::from(k % 10), f64::from(k / 10 % 50), f64::from(k / 500) * 99.0);
+                let o = DVec3::new(
+                    f64::from(k % 10),
+                    f64::from(k / 10 % 50),
+                    f64::from(k / 500) * 99.0,
+                );
                 [o, o + DVec3::X, o + DVec3::Y]
             })
             .collect();

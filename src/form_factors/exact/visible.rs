@@ -34,7 +34,7 @@ const SPREAD: f64 = 0.2;
 
 /// Shadow rays of a pair of the mean factor that is all in doubt, and of any pair.
 const RAYS: f64 = 256.0;
-const LEAST_RAYS: usize = 64;
+const LEAST_RAYS: usize = 16;
 pub(super) const MOST_RAYS: usize = 1024;
 
 /// Work on a pair; reused.
@@ -115,8 +115,8 @@ impl Cut {
 pub(super) struct Pair<'a> {
     pub pieces: [&'a Piece; 2],
     pub polygons: [Polygon; 2],
-    /// Blockers that may lie between.
-    pub blockers: &'a [u32],
+    /// Blockers that may lie between; `None` for too many.
+    pub blockers: Option<&'a [u32]>,
     /// How much finer than usual the pair is to be sampled.
     pub effort: f64,
     pub seed: u64,
@@ -149,8 +149,10 @@ impl Pair<'_> {
     /// The visible share, 0..1.
     pub fn visible(&self, model: &Model<'_>, room: &mut Room) -> f64 {
         room.cuts.clear();
-        for &b in self.blockers {
-            if let Some(cut) = self.cut(&model.blockers.polygons[b as usize], b, model, &mut room.clipped)
+        let Some(blockers) = self.blockers else { return self.by_rays(1.0, model, room) };
+        for &b in blockers {
+            if let Some(cut) =
+                self.cut(&model.blockers.polygons[b as usize], b, model, &mut room.clipped)
             {
                 room.cuts.push(cut);
             }
@@ -168,7 +170,9 @@ impl Pair<'_> {
         if seen.most - seen.least > OVERLAP * seen.all {
             let (least, most) = (1.0 - seen.most / seen.all, 1.0 - seen.least / seen.all);
             let gap = (seen.most - seen.least) / seen.all;
-            return self.by_rays(gap, model, room).clamp(least.clamp(0.0, 1.0), most.clamp(0.0, 1.0));
+            return self
+                .by_rays(gap, model, room)
+                .clamp(least.clamp(0.0, 1.0), most.clamp(0.0, 1.0));
         }
         (1.0 - seen.hidden / seen.all).clamp(0.0, 1.0)
     }
@@ -183,10 +187,10 @@ impl Pair<'_> {
     ) -> Option<Cut> {
         let touching = model.touching;
         let [a, b] = self.polygons.each_ref().map(|p| {
-            p.corners().iter().map(|&c| q.height(c)).fold(
-                (f64::INFINITY, f64::NEG_INFINITY),
-                |(l, h), x| (l.min(x), h.max(x)),
-            )
+            p.corners()
+                .iter()
+                .map(|&c| q.height(c))
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)))
         });
         let one_sided = q.body != NONE && !self.pieces[0].inside.contains(&q.body);
         if a.0.min(b.0) >= -touching
@@ -327,7 +331,8 @@ impl Pair<'_> {
     /// Asks shadow rays; the more, the larger the share of the pair is that is in doubt.
     fn by_rays(&self, doubt: f64, model: &Model<'_>, room: &mut Room) -> f64 {
         let rays = (RAYS * self.effort * doubt) as usize;
-        let (all, kept) = self.trace(model, rays.clamp(LEAST_RAYS, MOST_RAYS) / LANES * LANES, room);
+        let (all, kept) =
+            self.trace(model, rays.clamp(LEAST_RAYS, MOST_RAYS) / LANES * LANES, room);
         if all > 0.0 { kept / all } else { 1.0 }
     }
 
@@ -340,18 +345,22 @@ impl Pair<'_> {
         weights.resize(count, 0.0);
         let shift = shifts(self.seed);
         let [p, q] = &self.polygons;
+        let (from, to) = (Area::new(p), Area::new(q));
         for (k, s) in model.samples[..count].iter().enumerate() {
-            let u: [f64; 4] = std::array::from_fn(|d| (f64::from(s[d]) + shift[d]).fract());
-            let x = point(p, u[0], u[1]);
-            let y = point(q, u[2], u[3]);
+            let u: [f64; 4] = std::array::from_fn(|d| {
+                let x = f64::from(s[d]) + shift[d];
+                if x < 1.0 { x } else { x - 1.0 }
+            });
+            let x = from.point(u[0], u[1]);
+            let y = to.point(u[2], u[3]);
             let r = y - x;
             let r2 = r.length_squared();
             let weight = p.normal.dot(r).max(0.0) * (-q.normal.dot(r)).max(0.0) / (r2 * r2);
             if weight > 0.0 {
                 weights[k] = weight;
-                let from = model.bvh.local(x);
-                let way = model.bvh.local(y) - from;
-                packets[k / LANES].set(k % LANES, from, way, 1.0, self.pieces[0].own);
+                let start = model.bvh.local(x);
+                let way = model.bvh.local(y) - start;
+                packets[k / LANES].set(k % LANES, start, way, 1.0, self.pieces[0].own);
             }
         }
         blocked.clear();
@@ -407,25 +416,40 @@ fn quarters([a, b, c]: [DVec3; 3]) -> [[DVec3; 3]; 4] {
     [[a, ab, ca], [ab, b, bc], [ca, bc, c], [bc, ca, ab]]
 }
 
-/// The point of a polygon with coordinates in the unit square, uniform in area.
-fn point(p: &Polygon, u: f64, v: f64) -> DVec3 {
-    let total = p.area();
-    let mut rest = u * total;
-    let mut last = [p.corners()[0]; 3];
-    let mut share = 0.0;
-    for t in p.fan() {
-        let a = area(t);
-        last = t;
-        share = if a > 0.0 { (rest / a).clamp(0.0, 1.0) } else { 0.0 };
-        if rest <= a {
-            break;
+/// A polygon as triangles, to draw points of it.
+struct Area {
+    /// Corner and two edges of each.
+    triangles: [[DVec3; 3]; 3],
+    /// Share of the area up to the end of each, and the inverse of its own.
+    upto: [f64; 3],
+    inverse: [f64; 3],
+}
+
+impl Area {
+    fn new(p: &Polygon) -> Self {
+        let total = p.area();
+        let mut me = Self { triangles: [[DVec3::ZERO; 3]; 3], upto: [2.0; 3], inverse: [0.0; 3] };
+        let mut sum = 0.0;
+        for (k, [a, b, c]) in p.fan().enumerate().take(3) {
+            let share = area([a, b, c]) / total;
+            sum += share;
+            me.triangles[k] = [a, b - a, c - a];
+            me.inverse[k] = if share > 0.0 { 1.0 / share } else { 0.0 };
+            me.upto[k] = if k + 3 == p.corners().len() { 2.0 } else { sum };
         }
-        rest -= a;
+        me
     }
-    let [a, b, c] = last;
-    // Heitz (2019), "A low-distortion map between triangle and square".
-    let (s, t) = if v > share { (0.5 * share, v - 0.5 * share) } else { (share - 0.5 * v, 0.5 * v) };
-    a + (b - a) * s + (c - a) * t
+
+    /// The point with coordinates in the unit square, uniform in area.
+    fn point(&self, u: f64, v: f64) -> DVec3 {
+        let k = self.upto.iter().position(|&end| u < end).unwrap_or(0);
+        let before = if k > 0 { self.upto[k - 1] } else { 0.0 };
+        let u = ((u - before) * self.inverse[k]).min(1.0);
+        // Heitz (2019), "A low-distortion map between triangle and square".
+        let (s, t) = if v > u { (0.5 * u, v - 0.5 * u) } else { (u - 0.5 * v, 0.5 * v) };
+        let [a, b, c] = self.triangles[k];
+        a + b * s + c * t
+    }
 }
 
 /// Four numbers in 0..1 that look random.
