@@ -26,8 +26,9 @@ const OVERLAP: f64 = 0.02;
 /// it: the kernel is then nearly linear over it.
 const SMALL: f64 = 0.4;
 
-/// Triangles are split so often at most to be small.
+/// Triangles are split so often at most to be small; those of pairs that matter much, more often.
 const SPLITS: u32 = 2;
+const MOST_SPLITS: u32 = 7;
 
 /// More points are asked if their view of the blockers differs by more than this, times the effort.
 const SPREAD: f64 = 0.2;
@@ -235,9 +236,14 @@ impl Pair<'_> {
     /// What points of polygon `from` see of polygon `to`, if split `finer` times.
     fn view(&self, (from, to): (usize, usize), finer: u32, room: &mut Room) -> Seen {
         let mut seen = Seen::default();
+        let splits = match self.effort {
+            e if e > 8.0 => MOST_SPLITS,
+            e if e > 2.0 => SPLITS + 1,
+            _ => SPLITS,
+        };
         for x in self.polygons[from].fan() {
             for y in self.polygons[to].fan() {
-                self.look(x, y, (from, to), (SPLITS, finer), room, &mut seen);
+                self.look(x, y, (from, to), (splits, finer), room, &mut seen);
             }
         }
         seen
