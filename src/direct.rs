@@ -104,15 +104,23 @@ pub fn apart(
             reflected[side] += rho[i.index()] * h[i.index()] * patches.area(i);
             areas[side] += patches.area(i);
         }
-        for (reflected, area) in reflected.iter_mut().zip(areas).filter(|r| r.1 > 0.0) {
-            *reflected /= area;
+        for &i in &mirrors {
+            let side = light.side(i.index());
+            let mean = reflected[side] / areas[side];
+            light.reflected[i.index()] = of_a_lamp(mean, light.emission[i.index()]);
         }
         for &i in &mirrors {
-            light.reflected[i.index()] = reflected[light.side(i.index())];
+            reflected[light.side(i.index())] = light.reflected[i.index()];
         }
     }
     let emitters = Emitters::new(geometry, optics, patches, bvh, options, |side| reflected[side]);
     light.of(&emitters, &patches.ids().collect::<Vec<_>>())
+}
+
+/// How much of what an emitter reflects is set apart: if that is more than it emits, it is less a lamp
+/// than a wall, of which rays find enough.
+pub(crate) fn of_a_lamp(reflected: Rgb, emission: Rgb) -> Rgb {
+    reflected.min(emission)
 }
 
 /// Irradiance of some patches by their own `direct` light and what they reflect to each other.

@@ -10,6 +10,7 @@
 pub mod classical;
 pub mod closure;
 pub mod delta;
+pub mod exact;
 pub mod hemicube;
 #[cfg(feature = "gpu")]
 pub mod hemicube_gpu;
@@ -26,6 +27,7 @@ mod whole;
 
 pub use classical::Classical;
 pub use closure::{Closure, ClosureError, close};
+pub use exact::{Exact, ExactOptions};
 pub use hemicube::{Draw, Hemicube, HemicubeError, HemicubeOptions};
 #[cfg(feature = "gpu")]
 pub use hemicube_gpu::{AdapterReport, Gpu, GpuError, GpuSeconds, HemicubeGpu};

@@ -125,7 +125,7 @@ pub struct Gatherer<'a> {
     field: &'a Field<'a>,
     bvh: &'a Bvh,
     emitters: Emitters<'a>,
-    /// Mean radiosity that each emitting side reflects; of all others nothing.
+    /// What each emitting side reflects and is set apart; of all others nothing.
     reflected: Vec<Rgb>,
     table: Table,
     /// Standard error of each patch's irradiance.
@@ -326,7 +326,7 @@ impl<'a> Gatherer<'a> {
     }
 }
 
-/// Mean radiosity that each emitting side reflects.
+/// Mean radiosity that each emitting side reflects, as far as it is set apart.
 fn reflected_by_emitters(scene: &Scene, patches: &Patches, field: &Field<'_>) -> Vec<Rgb> {
     let mut sums = vec![(Rgb::ZERO, 0.0); 2 * scene.geometry.len()];
     for i in patches.ids() {
@@ -338,8 +338,15 @@ fn reflected_by_emitters(scene: &Scene, patches: &Patches, field: &Field<'_>) ->
             *area += patches.area(i);
         }
     }
-    let mean = |(sum, area)| if area > 0.0 { sum / area } else { Rgb::ZERO };
-    sums.into_iter().map(mean).collect()
+    for t in scene.geometry.ids() {
+        for side in Side::BOTH {
+            let (sum, area) = &mut sums[side_index(t, side)];
+            if *area > 0.0 {
+                *sum = direct::of_a_lamp(*sum / *area, scene.optics.emission(t, side));
+            }
+        }
+    }
+    sums.into_iter().map(|s| s.0).collect()
 }
 
 /// Standard error of a sum over rays, each of which carries the error of a patch: patches err

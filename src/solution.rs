@@ -7,8 +7,8 @@ use thiserror::Error;
 
 use crate::direct::{self, ApartOptions, DirectLight};
 use crate::form_factors::{
-    AssembleError, Classical, Draw, Engine, EngineError, FormFactors, Hemicube, HemicubeError,
-    HemicubeOptions, Rays, RaysOptions, Row, assemble_lit, entry_bytes,
+    AssembleError, Classical, Draw, Engine, EngineError, Exact, ExactOptions, FormFactors,
+    Hemicube, HemicubeError, HemicubeOptions, Rays, RaysOptions, Row, assemble_lit, entry_bytes,
 };
 #[cfg(feature = "gpu")]
 use crate::form_factors::{GpuError, HemicubeGpu};
@@ -67,6 +67,8 @@ pub enum EngineOptions {
     HemicubeGpu(HemicubeOptions),
     /// One visibility ray a pair against every patch: the paper's baseline.
     Classical,
+    /// Each pair in closed form, times its visible share.
+    Exact(ExactOptions),
     /// Sampled rows, and direct light apart from them.
     Rays {
         /// How rows are sampled.
@@ -97,6 +99,7 @@ impl EngineOptions {
                 Box::new(HemicubeGpu::new(geometry, patches, options, memory)?)
             }
             Self::Classical => Box::new(Classical::new(geometry, patches)),
+            Self::Exact(options) => Box::new(Exact::new(geometry, patches, bvh, options)),
             Self::Rays { rows, .. } => Box::new(Rays::new(geometry, patches, bvh, rows)),
         })
     }
@@ -112,7 +115,7 @@ impl EngineOptions {
             Self::Hemicube(options) => Some(options),
             #[cfg(feature = "gpu")]
             Self::HemicubeGpu(options) => Some(options),
-            Self::Classical | Self::Rays { .. } => None,
+            Self::Classical | Self::Exact(_) | Self::Rays { .. } => None,
         };
         EngineReport {
             samples: match self {

@@ -73,7 +73,7 @@ const LARGEST: f32 = 0.15;
 
 /// The same of a point, for which Lambert's formula is exact: it leaves to the rays those emitters
 /// of which they find much.
-const LARGEST_OF_POINT: f32 = 1.0;
+const LARGEST_OF_POINT: f32 = 0.3;
 
 /// Emitting sides of a scene.
 pub struct Emitters<'a> {
@@ -164,8 +164,8 @@ impl<'a> Emitters<'a> {
             .filter(|&(t, s)| geometry.exchanges(t, s))
             .filter(|&(t, s)| optics.emission(t, s).max_element() > 0.0)
             .map(|(triangle, side)| {
-                let exitance =
-                    optics.emission(triangle, side) + reflected(side_index(triangle, side));
+                let emission = optics.emission(triangle, side);
+                let exitance = emission + reflected(side_index(triangle, side));
                 Source {
                     triangle,
                     side,

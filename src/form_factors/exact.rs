@@ -1,0 +1,227 @@
+//! Exact form factors: the unoccluded factor of each pair in closed form or by a rule of bounded
+//! error, times its visible share.
+//!
+//! ```text
+//! A_i F_ij = A_j F_ji = S_ij = v ∫_i ∫_j K dA dA        K = cos θ_i cos θ_j / (π r²)
+//! v = ∫∫ K V dA dA / ∫∫ K dA dA
+//! ```
+//!
+//! 1. Patches go into a hierarchy (`tree`), blockers are joined to large convex polygons (`blockers`).
+//! 2. Between two tiles of the hierarchy, blockers are sorted out from above (`shaft`, `tile`): most
+//!    pairs are proved to see each other whole, or not at all.
+//! 3. The unoccluded part is summed over points for far pairs, 16 at a time (`far`), and integrated
+//!    along contours for near and touching ones (`unoccluded`).
+//! 4. Of pairs in part hidden, the visible share is found by clipping, in closed form on one of the
+//!    patches; where blockers overlap, by shadow rays (`visible`, `cover`).
+//!
+//! Each pair is evaluated once, in the order of the hierarchy, and S is stored rounded towards zero:
+//! so reciprocity holds to stored precision, and 0 ≤ S ≤ min(A_i, A_j) always.
+//!
+//! # What a row does not know
+//! `environment` and `back` of a row whose sampled rays end there share what the factors leave of 1,
+//! in the proportion of these rays, but no more than the rays allow for; the rest is `lost`, and may be
+//! negative. Where no ray ends there, all that the factors leave is `lost`: the error of the row.
+//!
+//! # Deviations
+//! - A patch that something parts is taken to be the small cells that belong to it alone, scaled to
+//!   its area.
+
+mod blockers;
+mod cover;
+mod far;
+mod matrix;
+mod model;
+mod shaft;
+#[cfg(test)]
+mod tests;
+mod tile;
+mod tree;
+mod unoccluded;
+mod visible;
+
+use std::sync::{Mutex, PoisonError};
+
+use rayon::prelude::*;
+
+use super::rays::{Rays, RaysOptions};
+use super::rows::{Engine, EngineError, Row, Weights};
+use crate::patches::{PatchId, Patches};
+use crate::scene::Geometry;
+use crate::visibility::Bvh;
+use model::Model;
+use tile::{Counts, Task, Work, down};
+
+/// How exact form factors are to be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ExactOptions {
+    /// Root-mean-square error of the factors aimed at, as a share of their root-mean-square. Default
+    /// 1e-3.
+    pub error: f64,
+    /// Other seeds give other shadow rays. Default 0.
+    pub seed: u32,
+}
+
+impl Default for ExactOptions {
+    fn default() -> Self {
+        Self { error: 1e-3, seed: 0 }
+    }
+}
+
+/// Rays that tell where the rest of a row ends.
+const ACCOUNT_RAYS: usize = 256;
+
+/// The rest of a row may exceed what rays find by this share of 1, and by three times their standard
+/// error, before it is `lost`.
+const ACCOUNT_ERROR: f64 = 1e-3;
+
+/// The exact engine.
+pub struct Exact<'a> {
+    model: Model<'a>,
+    rays: Rays<'a>,
+    options: ExactOptions,
+    work: Mutex<Vec<Work>>,
+    counts: Mutex<Counts>,
+}
+
+impl<'a> Exact<'a> {
+    /// An engine for these patches; `bvh` is of the same geometry.
+    #[must_use]
+    pub fn new(
+        geometry: &'a Geometry,
+        patches: &'a Patches,
+        bvh: &'a Bvh,
+        options: ExactOptions,
+    ) -> Self {
+        let rays = RaysOptions { samples: ACCOUNT_RAYS, seed: options.seed };
+        Self {
+            model: Model::new(geometry, patches, bvh),
+            rays: Rays::new(geometry, patches, bvh, rays),
+            options,
+            work: Mutex::new(Vec::new()),
+            counts: Mutex::new(Counts::default()),
+        }
+    }
+
+    /// Pairs that exchange anything, those of them with a possible blocker, and shadow rays so far.
+    #[must_use]
+    pub fn counts(&self) -> [u64; 3] {
+        let c = *self.counts.lock().unwrap_or_else(PoisonError::into_inner);
+        [c.pairs, c.partly, c.rays]
+    }
+
+    fn task<'b>(&'b self, wanted: Option<&'b [bool]>) -> Task<'b> {
+        let error = self.options.error.clamp(1e-6, 1.0);
+        Task { model: &self.model, error, seed: self.options.seed, wanted }
+    }
+
+    /// Works with room of its own.
+    fn with_work<T>(&self, f: impl FnOnce(&mut Work) -> T) -> T {
+        let rooms = || self.work.lock().unwrap_or_else(PoisonError::into_inner);
+        let room = rooms().pop();
+        let mut work = room.unwrap_or_default();
+        let result = f(&mut work);
+        let counts = std::mem::take(&mut work.counts);
+        let mut all = self.counts.lock().unwrap_or_else(PoisonError::into_inner);
+        *all = all.and(counts);
+        drop(all);
+        rooms().push(work);
+        result
+    }
+
+    /// Finds out where what the factors of a row leave of 1 ends.
+    fn account(&self, id: PatchId, row: &mut Row, rays: &mut Row) {
+        self.rays.row(id, rays);
+        let rest = 1.0 - row.weights.sum();
+        let (environment, back) = (rays.environment, rays.back);
+        let gone = environment + back;
+        if gone > 0.0 {
+            let noise = 3.0 * (gone * (1.0 - gone).max(0.0) / ACCOUNT_RAYS as f64).sqrt();
+            let known = rest.clamp(0.0, gone + noise + ACCOUNT_ERROR);
+            (row.environment, row.back) = (known * environment / gone, known * back / gone);
+        } else {
+            (row.environment, row.back) = (0.0, 0.0);
+        }
+        row.lost = rest - row.environment - row.back;
+    }
+}
+
+impl Engine for Exact<'_> {
+    fn name(&self) -> &'static str {
+        "exact"
+    }
+
+    fn bytes(&self, rows: usize) -> u64 {
+        let work = rayon::current_num_threads() * (1 << 20);
+        self.model.bytes() + (work + rows * self.model.len() * 4) as u64
+    }
+
+    fn fill(&mut self, rows: &[PatchId], out: &mut [Row]) -> Result<(), EngineError> {
+        let me = &*self;
+        let n = me.model.len();
+        let mut wanted = vec![false; n];
+        // Which of `rows` a place in the order of the tree is.
+        let mut row_of = vec![u32::MAX; n];
+        for (k, id) in (0..).zip(rows) {
+            let place = me.model.place[id.index()] as usize;
+            (wanted[place], row_of[place]) = (true, k);
+        }
+        let tree = &me.model.tree;
+        let asked = |t: u32| {
+            let node = &tree.nodes[t as usize];
+            wanted[node.from as usize..node.to as usize].iter().any(|&w| w)
+        };
+        let mut tasks = Vec::new();
+        for (k, &a) in tree.tiles.iter().enumerate() {
+            let all = asked(a);
+            tasks.extend(tree.tiles[k..].iter().filter(|&&b| all || asked(b)).map(|&b| (a, b)));
+        }
+        let mut dense: Vec<Vec<f32>> = vec![vec![0.0; n]; rows.len()];
+        let task = me.task(Some(&wanted));
+        let mut found: Vec<Vec<(u32, u32, f32)>> = Vec::new();
+        for tasks in tasks.chunks(256) {
+            tasks
+                .par_iter()
+                .map(|&(a, b)| {
+                    let mut entries = Vec::new();
+                    me.with_work(|work| {
+                        task.tile(a, b, work, |i, j, s| entries.push((i as u32, j as u32, s)));
+                    });
+                    entries
+                })
+                .collect_into_vec(&mut found);
+            for &(i, j, s) in found.iter().flatten() {
+                for (from, to) in [(i, j), (j, i)] {
+                    if let Some(row) = dense.get_mut(row_of[from as usize] as usize) {
+                        row[tree.order[to as usize] as usize] = s;
+                    }
+                }
+            }
+        }
+        out.par_iter_mut().zip(rows).for_each_init(Row::default, |rays, (row, id)| {
+            // A row asked for twice is filled in once.
+            let dense = &dense[row_of[me.model.place[id.index()] as usize] as usize];
+            me.write(*id, dense, row);
+            me.account(*id, row, rays);
+        });
+        Ok(())
+    }
+}
+
+impl Exact<'_> {
+    /// Makes the row of a patch from its exchange with each.
+    fn write(&self, id: PatchId, exchange: &[f32], row: &mut Row) {
+        let area = self.model.areas[self.model.place[id.index()] as usize];
+        row.columns.clear();
+        row.half = 0;
+        let mut weights = match std::mem::take(&mut row.weights) {
+            Weights::Each(w) => w,
+            Weights::Fixed(_) | Weights::Equal { .. } => Vec::new(),
+        };
+        weights.clear();
+        for (j, &s) in (0..).zip(exchange).filter(|e| *e.1 > 0.0) {
+            row.columns.push(j);
+            weights.push(down(f64::from(s) / area));
+        }
+        row.weights = Weights::Each(weights);
+    }
+}

@@ -1,0 +1,292 @@
+//! Which share of a triangle a convex polygon hides, seen from 16 points at once, in closed form.
+//!
+//! From a point x, a corner q of the polygon appears on the triangle p₀p₁p₂ at the homogeneous
+//! barycentric coordinates β of its direction: q - x = Σ β_k (p_k - x). What is hidden is the part of
+//! the drawn polygon where all β are positive. Its measure is a sum over the polygon's edges: each
+//! adds what of the triangle lies between it and p₀, with the sign of its sense about p₀. So nothing
+//! depends on whether an edge is taken to lie just inside or just outside of the triangle, as edges
+//! often coincide.
+//!
+//! The kernel K is taken to be linear over the triangle, so that the triangle must be small
+//! against its distance.
+
+#![allow(clippy::needless_range_loop, reason = "loops over lanes, which become vectors")]
+
+use glam::Vec3;
+
+use crate::visibility::{LANES, Lanes, multiversion};
+
+/// A drawn polygon has at most so many corners.
+pub(super) const MOST: usize = super::blockers::MOST_CORNERS + 2;
+
+/// Where points look: a triangle, its unit normal, and the kernel towards its corners.
+#[derive(Debug, Clone)]
+#[repr(align(64))]
+pub(super) struct Target {
+    /// Corners about a nearby origin.
+    pub corners: [Vec3; 3],
+    /// The points.
+    pub from: [Lanes; 3],
+    /// Kernel towards each corner, up to a factor that all lanes share.
+    kernel: [Lanes; 3],
+    /// Their sum: the weight of the lane.
+    pub weight: Lanes,
+    /// Directions to the corners, crossed with the opposite edge, over the determinant.
+    dual: [[Lanes; 3]; 3],
+}
+
+/// What of a target is hidden, 0..1 a lane.
+#[derive(Debug, Clone, Copy)]
+#[repr(align(64))]
+pub(super) struct Hidden(pub Lanes);
+
+impl Target {
+    pub const EMPTY: Self = Self {
+        corners: [Vec3::ZERO; 3],
+        from: [[0.0; LANES]; 3],
+        kernel: [[0.0; LANES]; 3],
+        weight: [0.0; LANES],
+        dual: [[[0.0; LANES]; 3]; 3],
+    };
+}
+
+multiversion! {
+    /// Prepares a target whose `corners` and `from` are set, seen from a plane with normal `near`; `far`
+    /// is its own normal.
+    pub(super) fn aim(target: &mut Target, near: Vec3, far: Vec3) = aim_kernel
+}
+
+#[inline(always)]
+fn aim_kernel(target: &mut Target, near: Vec3, far: Vec3) {
+    let [p0, p1, p2] = target.corners;
+    let (e0, e1, e2) = (p2 - p1, p0 - p2, p1 - p0);
+    let Target { from: [fx, fy, fz], kernel: [k0, k1, k2], weight, dual: [m0, m1, m2], .. } =
+        target;
+    let ([m0x, m0y, m0z], [m1x, m1y, m1z], [m2x, m2y, m2z]) = (m0, m1, m2);
+    for l in 0..LANES {
+        let (x, y, z) = (fx[l], fy[l], fz[l]);
+        let (ax, ay, az) = (p0.x - x, p0.y - y, p0.z - z);
+        let (bx, by, bz) = (p1.x - x, p1.y - y, p1.z - z);
+        let (cx, cy, cz) = (p2.x - x, p2.y - y, p2.z - z);
+        // p_{k+1} × (p_{k+2} - p_{k+1}) is the cross of both without their common length.
+        let (ux, uy, uz) = (by * e0.z - bz * e0.y, bz * e0.x - bx * e0.z, bx * e0.y - by * e0.x);
+        let (vx, vy, vz) = (cy * e1.z - cz * e1.y, cz * e1.x - cx * e1.z, cx * e1.y - cy * e1.x);
+        let (wx, wy, wz) = (ay * e2.z - az * e2.y, az * e2.x - ax * e2.z, ax * e2.y - ay * e2.x);
+        let inverse = 1.0 / (ux * ax + uy * ay + uz * az);
+        (m0x[l], m0y[l], m0z[l]) = (ux * inverse, uy * inverse, uz * inverse);
+        (m1x[l], m1y[l], m1z[l]) = (vx * inverse, vy * inverse, vz * inverse);
+        (m2x[l], m2y[l], m2z[l]) = (wx * inverse, wy * inverse, wz * inverse);
+        let height = -(far.x * ax + far.y * ay + far.z * az);
+        let (ra, rb, rc) =
+            (ax * ax + ay * ay + az * az, bx * bx + by * by + bz * bz, cx * cx + cy * cy + cz * cz);
+        let (ha, hb, hc) = (
+            near.x * ax + near.y * ay + near.z * az,
+            near.x * bx + near.y * by + near.z * bz,
+            near.x * cx + near.y * cy + near.z * cz,
+        );
+        let ka = if ha * height > 0.0 { ha * height / (ra * ra) } else { 0.0 };
+        let kb = if hb * height > 0.0 { hb * height / (rb * rb) } else { 0.0 };
+        let kc = if hc * height > 0.0 { hc * height / (rc * rc) } else { 0.0 };
+        let sum = ka + kb + kc;
+        let share = if sum > 0.0 { 1.0 / sum } else { 0.0 };
+        weight[l] = sum;
+        (k0[l], k1[l], k2[l]) = (ka * share, kb * share, kc * share);
+    }
+}
+
+multiversion! {
+    /// Adds the share of a target that a polygon hides. Its corners, about the target's origin, run
+    /// counter-clockwise about `normal`. With `sense` 1 it hides from points in front of it alone, with
+    /// -1 from those behind it, with 0 from all.
+    pub(super) fn cover(
+        target: &Target,
+        polygon: &[Vec3],
+        normal: Vec3,
+        sense: f32,
+        hidden: &mut Hidden,
+    ) = cover_kernel
+}
+
+#[inline(always)]
+fn cover_kernel(target: &Target, polygon: &[Vec3], normal: Vec3, sense: f32, hidden: &mut Hidden) {
+    let count = polygon.len().min(MOST);
+    let Some(&origin) = polygon.first() else { return };
+    let [fx, fy, fz] = &target.from;
+    let [[ux, uy, uz], [vx, vy, vz], [wx, wy, wz]] = &target.dual;
+    let mut drawn = [[[0.0_f32; LANES]; 3]; MOST];
+    for (q, [d0, d1, d2]) in polygon.iter().zip(&mut drawn) {
+        for l in 0..LANES {
+            let (x, y, z) = (q.x - fx[l], q.y - fy[l], q.z - fz[l]);
+            d0[l] = ux[l] * x + uy[l] * y + uz[l] * z;
+            d1[l] = vx[l] * x + vy[l] * y + vz[l] * z;
+            d2[l] = wx[l] * x + wy[l] * y + wz[l] * z;
+        }
+    }
+    // 1 where the polygon is drawn counter-clockwise, -1 where clockwise.
+    let mut turn = [0.0_f32; LANES];
+    for l in 0..LANES {
+        let height = normal.x * (fx[l] - origin.x)
+            + normal.y * (fy[l] - origin.y)
+            + normal.z * (fz[l] - origin.z);
+        turn[l] = if height > 0.0 { 1.0 } else { -1.0 };
+    }
+    let mut sum = [0.0_f32; LANES];
+    let [k0, k1, k2] = &target.kernel;
+    for k in 0..count {
+        let [a0, a1, a2] = &drawn[k];
+        let [b0, b1, b2] = &drawn[if k + 1 < count { k + 1 } else { 0 }];
+        for l in 0..LANES {
+            let (a, b) = ([a0[l], a1[l], a2[l]], [b0[l], b1[l], b2[l]]);
+            // The part of the edge within the wedge at p₀.
+            let (from, to) = clip(a[1], b[1], 0.0, 1.0);
+            let (from, to) = clip(a[2], b[2], from, to);
+            // Where it passes out of the triangle.
+            let (a_in, b_in) = (a[0] >= 0.0, b[0] >= 0.0);
+            let zero = a[0] / (a[0] - b[0]);
+            let zero = if zero > from { zero } else { from };
+            let zero = if zero < to { zero } else { to };
+            let (k1l, k2l) = (k1[l] - k0[l], k2[l] - k0[l]);
+            let (s, t) = (if a_in { from } else { zero }, if b_in { to } else { zero });
+            let (p, q) = (between(&a, &b, s), between(&a, &b, t));
+            let (sp, sq) = (1.0 / (p[0] + p[1] + p[2]), 1.0 / (q[0] + q[1] + q[2]));
+            let (pu, pv, qu, qv) = (p[1] * sp, p[2] * sp, q[1] * sq, q[2] * sq);
+            let kernel = 3.0 * k0[l] + k1l * (pu + qu) + k2l * (pv + qv);
+            let part = (pu * qv - pv * qu) * kernel;
+            let within = if (a_in | b_in) & (s < t) { part } else { 0.0 };
+            let (s, t) = (if a_in { zero } else { from }, if b_in { zero } else { to });
+            let (p, q) = (between(&a, &b, s), between(&a, &b, t));
+            let (pv, qv) = (p[2] / (p[1] + p[2]), q[2] / (q[1] + q[2]));
+            let kernel = 3.0 * k0[l] + k1l * (2.0 - pv - qv) + k2l * (pv + qv);
+            let part = (qv - pv) * kernel;
+            let beyond = if !(a_in & b_in) & (s < t) { part } else { 0.0 };
+            sum[l] += if from < to { within + beyond } else { 0.0 };
+        }
+    }
+    for l in 0..LANES {
+        let all = turn[l] * sum[l];
+        let counts = sense * turn[l] >= 0.0;
+        // What is not a number counts as nothing.
+        let all = if counts & (all > 0.0) { all } else { 0.0 };
+        hidden.0[l] += if all < 1.0 { all } else { 1.0 };
+    }
+}
+
+/// A point of an edge from `a` to `b`.
+#[inline(always)]
+fn between(a: &[f32; 3], b: &[f32; 3], t: f32) -> [f32; 3] {
+    [a[0] + (b[0] - a[0]) * t, a[1] + (b[1] - a[1]) * t, a[2] + (b[2] - a[2]) * t]
+}
+
+/// The part of an interval where a linear function that is `a` at 0 and `b` at 1 is not negative.
+#[inline(always)]
+fn clip(a: f32, b: f32, from: f32, to: f32) -> (f32, f32) {
+    let zero = a / (a - b);
+    let enters = if a < 0.0 { zero } else { 0.0 };
+    let leaves = if b < 0.0 { zero } else { 1.0 };
+    let enters = if (a < 0.0) & (b < 0.0) { 2.0 } else { enters };
+    (if enters > from { enters } else { from }, if leaves < to { leaves } else { to })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::vec3;
+
+    fn target(corners: [Vec3; 3], from: Vec3, near: Vec3) -> Target {
+        let mut target = Target { corners, ..Target::EMPTY };
+        for l in 0..LANES {
+            let shift = 0.01 * l as f32;
+            target.from[0][l] = from.x + shift;
+            target.from[1][l] = from.y - 0.5 * shift;
+            target.from[2][l] = from.z;
+        }
+        let far = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize();
+        aim(&mut target, near, far);
+        target
+    }
+
+    /// By counting points of the triangle, weighted by the kernel's linear course.
+    fn counted(t: &Target, l: usize, polygon: &[Vec3], normal: Vec3) -> f32 {
+        let x = vec3(t.from[0][l], t.from[1][l], t.from[2][l]);
+        let (mut hit, mut all, n) = (0.0, 0.0, 300);
+        for i in 0..n {
+            for j in 0..n - i {
+                let (u, v) = ((i as f32 + 0.33) / n as f32, (j as f32 + 0.33) / n as f32);
+                let w = 1.0 - u - v;
+                let p = t.corners[0] * w + t.corners[1] * u + t.corners[2] * v;
+                let kernel = t.kernel[0][l] * w + t.kernel[1][l] * u + t.kernel[2][l] * v;
+                all += kernel;
+                let (h0, h1) = (normal.dot(x - polygon[0]), normal.dot(p - polygon[0]));
+                if h0 * h1 >= 0.0 {
+                    continue;
+                }
+                let at = x + (p - x) * (h0 / (h0 - h1));
+                let inside = (0..polygon.len()).all(|k| {
+                    let (a, b) = (polygon[k], polygon[(k + 1) % polygon.len()]);
+                    normal.cross(b - a).dot(at - a) >= 0.0
+                });
+                hit += if inside { kernel } else { 0.0 };
+            }
+        }
+        hit / all
+    }
+
+    #[test]
+    fn covers_what_rays_find_covered() {
+        let corners = [vec3(0.0, 0.0, 0.0), vec3(1.0, 0.1, 0.0), vec3(0.2, 0.9, 0.0)];
+        let from = vec3(0.3, 0.4, 3.0);
+        let t = target(corners, from, vec3(0.3, 0.0, -1.0).normalize());
+        let shapes = [
+            vec![
+                vec3(0.0, 0.0, 1.0),
+                vec3(0.5, 0.0, 1.0),
+                vec3(0.5, 0.5, 1.2),
+                vec3(0.0, 0.5, 1.2),
+            ],
+            vec![
+                vec3(-9.0, -9.0, 1.0),
+                vec3(0.4, -9.0, 1.0),
+                vec3(0.4, 9.0, 1.0),
+                vec3(-9.0, 9.0, 1.0),
+            ],
+            vec![vec3(0.2, 0.2, 0.5), vec3(0.4, 0.2, 0.5), vec3(0.3, 0.4, 0.7)],
+            vec![vec3(-9.0, -9.0, 2.0), vec3(9.0, -9.0, 2.0), vec3(0.0, 19.0, 2.0)],
+            vec![vec3(3.0, 3.0, 1.0), vec3(4.0, 3.0, 1.0), vec3(3.0, 4.0, 1.0)],
+            // Reaches above the points.
+            vec![
+                vec3(0.25, -1.0, 0.2),
+                vec3(0.25, 0.3, 0.2),
+                vec3(0.1, 0.3, 9.0),
+                vec3(0.1, -1.0, 9.0),
+            ],
+            // Stands on the triangle.
+            vec![
+                vec3(0.2, 0.2, 0.0),
+                vec3(0.5, 0.3, 0.0),
+                vec3(0.5, 0.3, 1.0),
+                vec3(0.2, 0.2, 1.0),
+            ],
+        ];
+        for (n, mut shape) in shapes.into_iter().enumerate() {
+            for _ in 0..2 {
+                let normal = (shape[1] - shape[0]).cross(shape[2] - shape[0]).normalize();
+                let mut hidden = Hidden([0.0; LANES]);
+                cover(&t, &shape, normal, 0.0, &mut hidden);
+                let mut one = Hidden([0.0; LANES]);
+                cover(&t, &shape, normal, 1.0, &mut one);
+                let mut other = Hidden([0.0; LANES]);
+                cover(&t, &shape, normal, -1.0, &mut other);
+                for l in [0, 7, 15] {
+                    let expected = counted(&t, l, &shape, normal);
+                    assert!(
+                        (hidden.0[l] - expected).abs() < 0.01,
+                        "{n}: {} {expected}",
+                        hidden.0[l]
+                    );
+                    assert_eq!(one.0[l] + other.0[l], hidden.0[l]);
+                }
+                shape.reverse();
+            }
+        }
+    }
+}

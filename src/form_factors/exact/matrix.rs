@@ -1,0 +1,145 @@
+//! The whole matrix, each pair evaluated once.
+//!
+//! Pairs of tiles are evaluated column by column of tiles and kept, upper half only. Then rows are
+//! written tile by tile from both their own pairs and mirrored ones; a pair of tiles is dropped
+//! once both have been written. So what is kept never takes more than the finished matrix will.
+
+use std::ops::ControlFlow;
+
+use rayon::prelude::*;
+
+use super::Exact;
+use crate::form_factors::rows::{Row, RowSink, SinkError, Weights};
+use crate::form_factors::stored::{AssembleError, FormFactors};
+use crate::patches::PatchId;
+use crate::progress::Progress;
+
+/// The exchange of the pairs of two tiles, by rows.
+#[derive(Debug, Default)]
+struct Upper {
+    starts: Vec<u16>,
+    columns: Vec<u8>,
+    exchange: Vec<f32>,
+}
+
+/// Tiles whose columns are evaluated, or whose rows are written, together.
+const WAVE: usize = 8;
+
+/// Bytes of an entry of a finished matrix.
+const ENTRY: u64 = 8;
+
+impl Exact<'_> {
+    /// The form factors of all patches, the same to the last bit as rows made one by one, in at most
+    /// `limit` bytes. Advances `progress` by one a row.
+    pub fn matrix(
+        &self,
+        limit: u64,
+        progress: &dyn Progress,
+    ) -> Result<FormFactors, AssembleError> {
+        let tiles = self.model.tree.tiles.len();
+        let mut upper: Vec<Vec<Upper>> = Vec::with_capacity(tiles);
+        let mut entries = 0;
+        for first in (0..tiles).step_by(WAVE) {
+            let wave = first..(first + WAVE).min(tiles);
+            let pairs: Vec<(usize, usize)> =
+                wave.clone().flat_map(|b| (0..=b).map(move |a| (a, b))).collect();
+            let made: Vec<Upper> =
+                pairs.par_iter().with_max_len(4).map(|&(a, b)| self.upper(a, b)).collect();
+            entries += 2 * made.iter().map(|u| u.exchange.len() as u64).sum::<u64>();
+            if entries * ENTRY > limit {
+                return Err(SinkError::Memory { limit_mib: limit >> 20 }.into());
+            }
+            let mut made = made.into_iter();
+            upper.extend(wave.clone().map(|b| made.by_ref().take(b + 1).collect::<Vec<_>>()));
+            let done = wave.map(|t| self.tile_len(t)).sum::<usize>();
+            if let ControlFlow::Break(()) = progress.advance(done as u64) {
+                return Err(AssembleError::Cancelled);
+            }
+        }
+        let mut factors = FormFactors::new(self.model.len(), limit);
+        for first in (0..tiles).step_by(WAVE) {
+            let wave = first..(first + WAVE).min(tiles);
+            let made: Vec<(Vec<PatchId>, Vec<Row>)> = wave
+                .clone()
+                .into_par_iter()
+                .with_max_len(1)
+                .map(|t| self.rows(t, &upper))
+                .collect();
+            for (ids, rows) in &made {
+                factors.take(ids, rows)?;
+            }
+            wave.for_each(|t| upper[t].clear());
+            if let ControlFlow::Break(()) = progress.advance(0) {
+                return Err(AssembleError::Cancelled);
+            }
+        }
+        Ok(factors)
+    }
+
+    fn tile_range(&self, t: usize) -> std::ops::Range<usize> {
+        let node = &self.model.tree.nodes[self.model.tree.tiles[t] as usize];
+        node.from as usize..node.to as usize
+    }
+
+    fn tile_len(&self, t: usize) -> usize {
+        self.tile_range(t).len()
+    }
+
+    fn upper(&self, a: usize, b: usize) -> Upper {
+        let (rows, columns) = (self.tile_range(a), self.tile_range(b));
+        let mut upper = Upper { starts: vec![0], ..Upper::default() };
+        let tiles = &self.model.tree.tiles;
+        self.with_work(|work| {
+            self.task(None).tile(tiles[a], tiles[b], work, |i, j, s| {
+                upper.starts.resize(i - rows.start + 1, upper.columns.len() as u16);
+                upper.columns.push((j - columns.start) as u8);
+                upper.exchange.push(s);
+            });
+        });
+        upper.starts.resize(rows.len() + 1, upper.columns.len() as u16);
+        upper.columns.shrink_to_fit();
+        upper.exchange.shrink_to_fit();
+        upper
+    }
+
+    /// The rows of a tile.
+    fn rows(&self, tile: usize, upper: &[Vec<Upper>]) -> (Vec<PatchId>, Vec<Row>) {
+        let model = &self.model;
+        let own = self.tile_range(tile);
+        let n = model.len();
+        let order = &model.tree.order;
+        let mut dense = vec![0.0_f32; own.len() * n];
+        for other in 0..upper.len() {
+            let (a, b) = (tile.min(other), tile.max(other));
+            let pairs = &upper[b][a];
+            let (rows, columns) = (self.tile_range(a), self.tile_range(b));
+            for i in rows.clone() {
+                let k = i - rows.start;
+                let range = usize::from(pairs.starts[k])..usize::from(pairs.starts[k + 1]);
+                for (&c, &s) in pairs.columns[range.clone()].iter().zip(&pairs.exchange[range]) {
+                    let j = columns.start + usize::from(c);
+                    if a == tile {
+                        dense[(i - own.start) * n + order[j] as usize] = s;
+                    }
+                    if b == tile {
+                        dense[(j - own.start) * n + order[i] as usize] = s;
+                    }
+                }
+            }
+        }
+        let ids: Vec<PatchId> = order[own].iter().map(|&p| PatchId(p)).collect();
+        let (mut rays, mut rows) = (Row::default(), Vec::with_capacity(ids.len()));
+        for (&id, exchange) in ids.iter().zip(dense.chunks_exact(n)) {
+            let count = exchange.iter().filter(|s| **s > 0.0).count();
+            let mut row = Row {
+                columns: Vec::with_capacity(count),
+                weights: Weights::Each(Vec::with_capacity(count)),
+                ..Row::default()
+            };
+            self.write(id, exchange, &mut row);
+            self.account(id, &mut row, &mut rays);
+            rows.push(row);
+        }
+        (ids, rows)
+    }
+}

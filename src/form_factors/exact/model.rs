@@ -1,0 +1,247 @@
+//! What the engine keeps of a scene: the pieces that patches consist of, the hierarchy over patches,
+//! and what may lie between them.
+
+use glam::DVec3;
+
+use super::blockers::Blockers;
+use super::far::{Columns, exchange_with};
+use super::shaft::BlockerTree;
+use super::tree::{Extent, Tree};
+use super::unoccluded::{Polygon, area};
+use super::visible::MOST_RAYS;
+use crate::patches::{Cell, PatchId, Patches};
+use crate::scene::Geometry;
+use crate::visibility::{Bvh, LANES, ROUNDING};
+
+/// Heights below this share of the scene's radius are none: what lies in one plane exchanges nothing.
+const COPLANAR: f64 = 1e-10;
+
+/// Blockers within this share of the scene's radius touch.
+const TOUCHING: f64 = 0.1 * ROUNDING;
+
+/// A triangle of a patch.
+#[derive(Debug, Clone)]
+pub(super) struct Piece {
+    pub polygon: Polygon,
+    /// The solid triangle that it lies on.
+    pub own: Option<u32>,
+    /// Capped bodies that it is inside of.
+    pub inside: Vec<u32>,
+}
+
+/// A scene made ready.
+pub(super) struct Model<'a> {
+    pub bvh: &'a Bvh,
+    pub tree: Tree,
+    pub blockers: Blockers,
+    pub blocker_tree: BlockerTree,
+    pub columns: Columns,
+    pub coplanar: f64,
+    pub touching: f64,
+    /// What factors are like: their root-mean-square.
+    pub typical: f64,
+    /// Points of a four-dimensional Sobol' sequence, scrambled as Owen (1995) does.
+    pub samples: Vec<[f32; 4]>,
+    pieces: Vec<Piece>,
+    /// Where the pieces of each patch begin, in the order of the tree, and where the last end.
+    starts: Vec<u32>,
+    /// Nominal area of each patch in m², in the order of the tree.
+    pub areas: Vec<f64>,
+    /// That over the area of its pieces.
+    pub scales: Vec<f64>,
+    /// Place in the order of the tree of each patch.
+    pub place: Vec<u32>,
+}
+
+impl<'a> Model<'a> {
+    pub fn new(geometry: &Geometry, patches: &Patches, bvh: &'a Bvh) -> Self {
+        let (coplanar, touching) = (COPLANAR * bvh.scale(), TOUCHING * bvh.scale());
+        let blockers = Blockers::new(geometry, touching);
+        let cells = cells_of(patches);
+        let corners: Vec<Vec<DVec3>> = cells
+            .iter()
+            .map(|cells| cells.iter().flat_map(|c| c.corners(geometry)).collect())
+            .collect();
+        let extents: Vec<Extent> = cells
+            .iter()
+            .zip(&corners)
+            .map(|(cells, corners)| {
+                let normal = |c: &Cell| geometry.normal(c.triangle, c.side);
+                let first = cells.first().map_or(DVec3::ZERO, normal);
+                let flat = cells.iter().all(|c| normal(c).dot(first) > 1.0 - 1e-9);
+                let low = corners.iter().fold(DVec3::INFINITY, |l, &c| l.min(c));
+                let high = corners.iter().fold(DVec3::NEG_INFINITY, |h, &c| h.max(c));
+                Extent { low, high, normal: if flat { first } else { DVec3::ZERO } }
+            })
+            .collect();
+        let mut tree = Tree::new(&extents, |p| &corners[p as usize], touching);
+        let mut place = vec![0; tree.order.len()];
+        let (mut pieces, mut starts) = (Vec::new(), vec![0]);
+        let (mut areas, mut scales) = (Vec::new(), Vec::new());
+        for (at, &p) in (0..).zip(&tree.order) {
+            place[p as usize] = at;
+            let mut sum = 0.0;
+            for c in &cells[p as usize] {
+                let corners = c.corners(geometry);
+                let normal = geometry.normal(c.triangle, c.side);
+                let corners = match c.side {
+                    crate::scene::Side::Front => corners,
+                    crate::scene::Side::Back => [corners[0], corners[2], corners[1]],
+                };
+                let inner = corners.iter().sum::<DVec3>() / 3.0 + normal * (10.0 * touching);
+                let holds = |b: &u32| blockers.bodies[*b as usize].holds(inner);
+                let inside = (0..blockers.bodies.len() as u32).filter(holds).collect();
+                let polygon = Polygon::triangle(corners, normal);
+                pieces.push(Piece { polygon, own: bvh.solid(c.triangle), inside });
+                sum += area(corners);
+            }
+            starts.push(pieces.len() as u32);
+            let nominal = patches.area(PatchId(p));
+            areas.push(nominal);
+            scales.push(if sum > 0.0 { nominal / sum } else { 0.0 });
+        }
+        for k in 0..tree.nodes.len() {
+            let (from, to) = (tree.nodes[k].from as usize, tree.nodes[k].to as usize);
+            let range = starts[from] as usize..starts[to] as usize;
+            let mut inside: Vec<u32> =
+                pieces[range].iter().flat_map(|p: &Piece| p.inside.iter().copied()).collect();
+            inside.sort_unstable();
+            inside.dedup();
+            tree.nodes[k].inside = inside;
+        }
+        let blocker_tree = BlockerTree::new(&blockers);
+        let mut me = Self {
+            bvh,
+            tree,
+            blockers,
+            blocker_tree,
+            columns: Columns::default(),
+            coplanar,
+            touching,
+            typical: 1.0,
+            samples: (0..MOST_RAYS as u32).map(|i| sobol_burley::sample_4d(i, 0, 0)).collect(),
+            pieces,
+            starts,
+            areas,
+            scales,
+            place,
+        };
+        me.columns = Columns::new(&me);
+        me.typical = me.find_typical();
+        me
+    }
+
+    /// The root-mean-square of all factors, were nothing in the way, from those of some patches.
+    fn find_typical(&self) -> f64 {
+        const ROWS: usize = 128;
+        let n = self.len();
+        let scale4 = self.bvh.scale().powi(4);
+        let mut row = vec![[0.0; LANES]; n.div_ceil(LANES)];
+        let (mut sum, mut count) = (0.0, 0_usize);
+        for i in (0..n).step_by(n.div_ceil(ROWS).max(1)) {
+            exchange_with(&self.columns, i, 0, &mut row);
+            let areas = self.areas.iter().map(|a| 1.0 / (a * a));
+            for (s, inverse) in row.as_flattened().iter().zip(areas).filter(|e| *e.0 > 0.0) {
+                let s2 = f64::from(*s).powi(2) * scale4;
+                sum += s2 * (inverse + 1.0 / (self.areas[i] * self.areas[i]));
+            }
+            count += 2 * n;
+        }
+        (sum / count.max(1) as f64).sqrt().max(f64::MIN_POSITIVE)
+    }
+
+    /// Number of patches.
+    pub fn len(&self) -> usize {
+        self.areas.len()
+    }
+
+    /// The pieces of the patch at a place in the order of the tree.
+    pub fn pieces(&self, at: usize) -> &[Piece] {
+        &self.pieces[self.starts[at] as usize..self.starts[at + 1] as usize]
+    }
+
+    /// The one triangle that a patch is, unless it is made of several or something parts it.
+    pub fn simple(&self, at: usize) -> Option<&Piece> {
+        match self.pieces(at) {
+            [piece] if (self.scales[at] - 1.0).abs() < 1e-9 => Some(piece),
+            _ => None,
+        }
+    }
+
+    /// Bytes of memory that it takes, about.
+    pub fn bytes(&self) -> u64 {
+        let pieces = self.pieces.len() * size_of::<Piece>();
+        let nodes = self.tree.nodes.len() * size_of::<super::tree::Node>();
+        let polygons = self.blockers.polygons.len() * 300;
+        (pieces + nodes + polygons + self.len() * 120) as u64
+    }
+}
+
+/// The cells that each patch consists of: whole triangles if it is a cluster; where something parts
+/// it, small ones that belong to it alone.
+fn cells_of(patches: &Patches) -> Vec<Vec<Cell>> {
+    let mut cells: Vec<Vec<Cell>> = patches.ids().map(|_| Vec::new()).collect();
+    for id in patches.ids() {
+        if patches.is_parted(id) {
+            share_out(patches, patches.cell(id), SPLITS, &mut cells);
+        } else {
+            cells[id.index()].extend(patches.pieces(id));
+        }
+    }
+    for id in patches.ids().filter(|&id| patches.is_parted(id)) {
+        // Nothing found that is its own: all of it stands for it.
+        if cells[id.index()].is_empty() {
+            cells[id.index()].push(patches.cell(id));
+        }
+    }
+    cells
+}
+
+/// A parted patch is split so often to find what belongs to whom.
+const SPLITS: u32 = 5;
+
+/// Hands a cell, or parts of it, to whom it belongs; parts that belong to several are nobody's.
+/// Returns the owner if it is one.
+fn share_out(
+    patches: &Patches,
+    cell: Cell,
+    depth: u32,
+    cells: &mut [Vec<Cell>],
+) -> Option<PatchId> {
+    let mut parts = Vec::new();
+    let owner = owners(patches, cell, depth, &mut parts);
+    match owner {
+        Some(owner) => cells[owner.index()].push(cell),
+        None => parts.into_iter().for_each(|(id, cell)| cells[id.index()].push(cell)),
+    }
+    owner
+}
+
+/// The one owner of a cell; if it has none, its parts are added to `parts`.
+fn owners(
+    patches: &Patches,
+    cell: Cell,
+    depth: u32,
+    parts: &mut Vec<(PatchId, Cell)>,
+) -> Option<PatchId> {
+    if depth == 0 {
+        // Drawn in a little: corners on a line are nobody's.
+        const CORNERS: [[f64; 3]; 4] =
+            [[0.98, 0.01, 0.01], [0.01, 0.98, 0.01], [0.01, 0.01, 0.98], [1.0 / 3.0; 3]];
+        let at = |c: [f64; 3]| patches.at(cell.point(DVec3::from_array(c)));
+        let owner = at(CORNERS[3])?;
+        return CORNERS[..3].iter().all(|&c| at(c) == Some(owner)).then_some(owner);
+    }
+    let mut own = Vec::new();
+    let children = cell.children().map(|child| {
+        let owner = owners(patches, child, depth - 1, &mut own);
+        (owner, child)
+    });
+    let first = children[0].0;
+    if first.is_some() && children.iter().all(|c| c.0 == first) {
+        return first;
+    }
+    parts.extend(children.into_iter().filter_map(|(owner, child)| Some((owner?, child))));
+    parts.append(&mut own);
+    None
+}

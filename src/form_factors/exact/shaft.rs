@@ -1,0 +1,225 @@
+//! What lies between two groups of patches: nothing, something that hides all, or something to look
+//! at more closely.
+//!
+//! A shaft is the convex hull of two boxes (Haines & Wallace 1991, "Shaft culling for efficient
+//! ray-traced radiosity"); what is outside blocks nothing between them. For what is inside, segments
+//! from corner to corner decide: on which side of an edge q₀q₁ a segment xy passes is the sign of
+//!
+//! ```text
+//! (q₀ - x) × (q₁ - x) · (y - x)
+//! ```
+//!
+//! which is linear in x and in y (Plücker), so that the corners of two convex sets speak for all of
+//! their points.
+
+use glam::DVec3;
+
+use super::blockers::{Blocker, Blockers, NONE};
+use super::tree::Node;
+
+/// What a polygon does between two groups.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Between {
+    /// It blocks no segment.
+    Nothing,
+    /// It may block some.
+    Something,
+    /// It blocks all.
+    Everything,
+}
+
+/// The planes about the convex hull of two boxes.
+#[derive(Debug, Default)]
+pub(super) struct Shaft {
+    low: DVec3,
+    high: DVec3,
+    /// Outward normals and offsets.
+    planes: Vec<(DVec3, f64)>,
+}
+
+impl Shaft {
+    pub fn between(&mut self, a: &Node, b: &Node) {
+        (self.low, self.high) = (a.low.min(b.low), a.high.max(b.high));
+        self.planes.clear();
+        for (x, y) in [(0, 1), (1, 2), (2, 0)] {
+            for (sx, sy) in [(false, false), (false, true), (true, false), (true, true)] {
+                let end = |n: &Node| {
+                    let pick = |s: bool, k: usize| if s { n.high[k] } else { n.low[k] };
+                    (pick(sx, x), pick(sy, y))
+                };
+                let ((ax, ay), (bx, by)) = (end(a), end(b));
+                let out = |s: bool| if s { 1.0 } else { -1.0 };
+                // One box reaches farther along x, the other along y.
+                if ((ax - bx) * out(sx)) * ((ay - by) * out(sy)) < 0.0 {
+                    let mut normal = DVec3::ZERO;
+                    normal[x] = (ay - by).abs() * out(sx);
+                    normal[y] = (ax - bx).abs() * out(sy);
+                    self.planes.push((normal, normal[x] * ax + normal[y] * ay));
+                }
+            }
+        }
+    }
+
+    /// Whether a box is outside for certain.
+    pub fn misses_box(&self, low: DVec3, high: DVec3) -> bool {
+        self.low.cmpgt(high).any()
+            || self.high.cmplt(low).any()
+            || self.planes.iter().any(|&(n, d)| {
+                let nearest = DVec3::select(n.cmpgt(DVec3::ZERO), low, high);
+                n.dot(nearest) > d
+            })
+    }
+
+    /// Whether a polygon is outside for certain.
+    fn misses(&self, corners: &[DVec3]) -> bool {
+        (0..3).any(|k| {
+            corners.iter().all(|c| c[k] > self.high[k])
+                || corners.iter().all(|c| c[k] < self.low[k])
+        }) || self.planes.iter().any(|&(n, d)| corners.iter().all(|&c| n.dot(c) > d))
+    }
+}
+
+/// Least and greatest of some numbers.
+fn range(numbers: impl Iterator<Item = f64>) -> (f64, f64) {
+    numbers.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)))
+}
+
+/// Whether one of two groups is all behind the plane of the other.
+pub(super) fn face_away(a: &Node, b: &Node, coplanar: f64) -> bool {
+    let behind = |a: &Node, b: &Node| {
+        a.plane.is_some_and(|(n, d)| b.corners().iter().all(|c| n.dot(*c) - d <= coplanar))
+    };
+    behind(a, b) || behind(b, a)
+}
+
+/// What a polygon does between two groups that the shaft is about. A body's face counts if it is
+/// entered from `a`, unless something of `a` is inside. `closely` also looks at small polygons from
+/// corner to corner.
+pub(super) fn relation(
+    q: &Blocker,
+    shaft: &Shaft,
+    [a, b]: [&Node; 2],
+    closely: bool,
+    coplanar: f64,
+) -> Between {
+    if shaft.misses_box(q.low, q.high) {
+        return Between::Nothing;
+    }
+    let (a_low, a_high) = range(a.corners().iter().map(|&c| q.height(c)));
+    let (b_low, b_high) = range(b.corners().iter().map(|&c| q.height(c)));
+    let same_side = a_low.min(b_low) >= -coplanar || a_high.max(b_high) <= coplanar;
+    let entered = q.body != NONE && !a.inside.contains(&q.body);
+    if same_side || entered && (a_high <= coplanar || b_low >= -coplanar) {
+        return Between::Nothing;
+    }
+    let behind = |n: &Node| {
+        n.plane.is_some_and(|(m, d)| q.corners.iter().all(|c| m.dot(*c) - d <= coplanar))
+    };
+    if behind(a) || behind(b) || shaft.misses(&q.corners) {
+        return Between::Nothing;
+    }
+    // What is smaller than both groups cannot hide one from the other.
+    let large = q.low.distance_squared(q.high) >= a.diagonal().min(b.diagonal());
+    if !large && !closely {
+        return Between::Something;
+    }
+    if a_low > coplanar && b_high < -coplanar {
+        across(q, a, b, 1.0, coplanar)
+    } else if a_high < -coplanar && b_low > coplanar {
+        across(q, a, b, -1.0, coplanar)
+    } else {
+        Between::Something
+    }
+}
+
+/// What a polygon does whose plane parts two groups; `a` is in front of it if `side` is 1, behind it
+/// if -1.
+fn across(q: &Blocker, a: &Node, b: &Node, side: f64, coplanar: f64) -> Between {
+    let mut inside = true;
+    for k in 0..q.corners.len() {
+        let (q0, q1) = (q.corners[k], q.corners[(k + 1) % q.corners.len()]);
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        for &x in a.corners() {
+            let plane = (q0 - x).cross(q1 - x) * side;
+            for &y in b.corners() {
+                let product = plane.dot(y - x);
+                (low, high) = (low.min(product), high.max(product));
+            }
+        }
+        // As seen from the front, segments inside pass on the left: the product is negative.
+        let noise = coplanar * coplanar * (q1 - q0).length();
+        if low >= -noise {
+            return Between::Nothing;
+        }
+        inside &= high < -noise;
+    }
+    if inside { Between::Everything } else { Between::Something }
+}
+
+/// A hierarchy of boxes over blockers.
+#[derive(Debug, Default)]
+pub(super) struct BlockerTree {
+    nodes: Vec<BlockerNode>,
+    order: Vec<u32>,
+}
+
+#[derive(Debug)]
+struct BlockerNode {
+    low: DVec3,
+    high: DVec3,
+    from: u32,
+    to: u32,
+    /// Where the second child is; the first follows its parent. 0 for a leaf.
+    second: u32,
+}
+
+impl BlockerTree {
+    pub fn new(blockers: &Blockers) -> Self {
+        let boxes: Vec<(DVec3, DVec3)> =
+            blockers.polygons.iter().map(|p| (p.low, p.high)).collect();
+        let mut me = Self { nodes: Vec::new(), order: (0..boxes.len() as u32).collect() };
+        if !boxes.is_empty() {
+            me.build(0, boxes.len(), &boxes);
+        }
+        me
+    }
+
+    fn build(&mut self, from: usize, to: usize, boxes: &[(DVec3, DVec3)]) {
+        const LEAF: usize = 4;
+        let of = |&i: &u32| boxes[i as usize];
+        let (low, high) = self.order[from..to]
+            .iter()
+            .map(of)
+            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), (a, b)| (l.min(a), h.max(b)));
+        let at = self.nodes.len();
+        self.nodes.push(BlockerNode { low, high, from: from as u32, to: to as u32, second: 0 });
+        if to - from <= LEAF {
+            return;
+        }
+        let extent = high - low;
+        let axis = (0..3).fold(0, |best, k| if extent[k] > extent[best] { k } else { best });
+        let key = |i: &u32| of(i).0[axis] + of(i).1[axis];
+        self.order[from..to].sort_by(|i, j| key(i).total_cmp(&key(j)).then(i.cmp(j)));
+        let middle = (from + to) / 2;
+        self.build(from, middle, boxes);
+        self.nodes[at].second = self.nodes.len() as u32;
+        self.build(middle, to, boxes);
+    }
+
+    /// Hands over the blockers near a shaft, in a fixed order.
+    pub fn near(&self, shaft: &Shaft, mut each: impl FnMut(u32)) {
+        let mut stack = Vec::with_capacity(64);
+        stack.extend((!self.nodes.is_empty()).then_some(0));
+        while let Some(at) = stack.pop() {
+            let node = &self.nodes[at as usize];
+            if shaft.misses_box(node.low, node.high) {
+                continue;
+            }
+            if node.second == 0 {
+                self.order[node.from as usize..node.to as usize].iter().for_each(|&i| each(i));
+            } else {
+                stack.extend([node.second, at + 1]);
+            }
+        }
+    }
+}

@@ -1,0 +1,156 @@
+use glam::DVec3;
+
+use super::*;
+use crate::form_factors::Engine;
+use crate::progress::Silent;
+use crate::scene::{Material, SceneBuilder, Sides, Surface, builtin};
+
+/// A scene of triangles.
+fn scene(triangles: &[[DVec3; 3]], sides: Sides) -> Geometry {
+    let mut b = SceneBuilder::new("test");
+    let s = b.surface(Surface { name: "s".into(), node: 0, primitive: 0 });
+    let m = b.material(Material::default());
+    for t in triangles {
+        let v = t.map(|p| b.vertex(p));
+        b.triangle(v, None, s, m, sides);
+    }
+    b.finish().geometry
+}
+
+fn rows_of(g: &Geometry, p: &Patches, options: ExactOptions) -> Vec<Row> {
+    let bvh = Bvh::new(g);
+    let mut engine = Exact::new(g, p, &bvh, options);
+    let ids: Vec<PatchId> = p.ids().collect();
+    let mut rows = vec![Row::default(); ids.len()];
+    engine.fill(&ids, &mut rows).unwrap();
+    rows
+}
+
+#[test]
+fn the_matrix_has_the_bits_of_its_rows_for_any_threads() {
+    for (name, size) in [("cornell-box", 0.3), ("furnace", 0.05)] {
+        let g = builtin::build(name).unwrap().geometry;
+        let p = Patches::uniform(&g, size).unwrap();
+        let rows = rows_of(&g, &p, ExactOptions::default());
+        let bvh = Bvh::new(&g);
+        for threads in [1, 2, 8] {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let f = pool.install(|| {
+                let engine = Exact::new(&g, &p, &bvh, ExactOptions::default());
+                engine.matrix(1 << 32, &Silent).unwrap()
+            });
+            for id in p.ids() {
+                let row = &rows[id.index()];
+                let stored = f.row(id).unwrap();
+                assert_eq!(stored.columns, row.columns);
+                assert!(stored.entries().zip(row.entries()).all(|(a, b)| a == b));
+                assert_eq!(f.account(id).lost, row.lost);
+            }
+        }
+        let mut engine = Exact::new(&g, &p, &bvh, ExactOptions::default());
+        for id in [3, 40, 77].map(PatchId) {
+            let mut row = vec![Row::default()];
+            engine.fill(&[id], &mut row).unwrap();
+            assert_eq!(row[0], rows[id.index()], "{name} {id:?} alone");
+        }
+    }
+}
+
+#[test]
+fn a_closed_cube_loses_nothing() {
+    let g = builtin::build("furnace").unwrap().geometry;
+    for size in [1.0, 0.1, 0.01] {
+        let p = Patches::uniform(&g, size).unwrap();
+        let rows = rows_of(&g, &p, ExactOptions::default());
+        let worst = rows.iter().map(|r| r.lost.abs()).fold(0.0, f64::max);
+        assert!(worst < 1e-4, "{size} {worst}");
+        assert!(rows.iter().all(|r| r.environment == 0.0 && r.back == 0.0));
+    }
+}
+
+/// A box as squares of two triangles, its fronts outside or inside.
+fn cuboid(low: DVec3, size: DVec3, inward: bool) -> Vec<[DVec3; 3]> {
+    let mut triangles = Vec::new();
+    for k in 0..3 {
+        let (mut u, mut v) = (DVec3::ZERO, DVec3::ZERO);
+        (u[(k + 1) % 3], v[(k + 2) % 3]) = (size[(k + 1) % 3], size[(k + 2) % 3]);
+        for far in [false, true] {
+            let mut o = low;
+            o[k] += if far { size[k] } else { 0.0 };
+            let (u, v) = if far == inward { (v, u) } else { (u, v) };
+            triangles.extend([[o, o + u, o + u + v], [o, o + u + v, o + v]]);
+        }
+    }
+    triangles
+}
+
+fn furnished() -> Geometry {
+    let mut t = cuboid(DVec3::ZERO, DVec3::new(4.0, 3.0, 2.5), true);
+    t.extend(cuboid(DVec3::new(0.6, 0.5, 0.15), DVec3::new(1.0, 0.8, 1.2), false));
+    t.extend(cuboid(DVec3::new(2.3, 1.4, 0.5), DVec3::new(0.7, 0.9, 1.0), false));
+    scene(&t, Sides::One)
+}
+
+#[test]
+fn pairs_are_reciprocal_and_bounded() {
+    let g = furnished();
+    let p = Patches::uniform(&g, 0.2).unwrap();
+    let rows = rows_of(&g, &p, ExactOptions::default());
+    let (mut worst, mut mean) = (0.0_f64, 0.0);
+    for id in p.ids() {
+        let (row, area) = (&rows[id.index()], p.area(id));
+        for (j, f) in row.entries() {
+            let other = rows[j.index()].factor_to(id);
+            assert!((area * f / (p.area(j) * other) - 1.0).abs() < 3e-7);
+            assert!(f >= 0.0 && area * f <= area.min(p.area(j)));
+        }
+        assert!((row.total() - 1.0).abs() < 1e-12);
+        worst = worst.max(row.lost.abs());
+        mean += row.lost.abs() / p.len() as f64;
+    }
+    assert!(mean < 5e-4 && worst < 1e-2, "{mean} {worst}");
+}
+
+#[test]
+fn an_occluded_room_is_as_rays_find_it() {
+    let g = furnished();
+    let p = Patches::uniform(&g, 0.4).unwrap();
+    let rows = rows_of(&g, &p, ExactOptions::default());
+    let bvh = Bvh::new(&g);
+    let rays = Rays::new(&g, &p, &bvh, RaysOptions { samples: 1 << 16, seed: 3 });
+    let (mut errors, mut squares) = (0.0, 0.0);
+    for id in p.ids().step_by(17) {
+        let mut row = Row::default();
+        rays.row(id, &mut row);
+        for j in p.ids() {
+            let (a, b) = (rows[id.index()].factor_to(j), row.factor_to(j));
+            errors += (a - b) * (a - b);
+            squares += b * b;
+        }
+    }
+    let rms = (errors / squares).sqrt();
+    // What the rays themselves err by.
+    assert!(rms < 1e-2, "{rms}");
+}
+
+#[test]
+fn the_visible_share_is_weighted_by_the_kernel() {
+    // The wall's lowest tenth hides behind a skirting that hangs just before it.
+    let (o, x, y, z) = (DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z);
+    let [s, h] = [y * 1e-4 + z * 1e-4, z * 0.1];
+    let t = [
+        [o, x, x + y],
+        [o, x + y, y],
+        [o, x + z, x],
+        [o, z, x + z],
+        [s - x, s - x + h, s + 2.0 * x + h],
+        [s - x, s + 2.0 * x + h, s + 2.0 * x],
+    ];
+    let g = scene(&t, Sides::One);
+    let p = Patches::uniform(&g, 10.0).unwrap();
+    let rows = rows_of(&g, &p, ExactOptions { error: 1e-4, seed: 0 });
+    let f: f64 =
+        [0, 1].map(|i| (2..4).map(|j| rows[i].factor_to(PatchId(j))).sum::<f64>()).iter().sum();
+    let share = 0.5 * f / 0.200_043_776_1;
+    assert!((share - 0.7838).abs() < 0.02, "{share}");
+}

@@ -1,0 +1,276 @@
+//! The exchange of all pairs between two tiles.
+//!
+//! From the pair of tiles down to pairs of leaves, blockers that do nothing are dropped on the way;
+//! where none is left, or one hides all, no pair is looked at on its own.
+
+use super::far::{CLOSELY, exchange_with};
+use super::model::Model;
+use super::shaft::{Between, Shaft, face_away, relation};
+use super::tree::TILE;
+use super::unoccluded::{exchange, facing};
+use super::visible::{Pair, Room};
+use crate::visibility::{LANES, Lanes};
+
+/// What is known of the blockers between two patches of the tiles.
+const HIDDEN: u16 = 0;
+const SEEN: u16 = 1;
+/// So much may lie between that rays are to tell.
+const CROWDED: u16 = 2;
+/// From here on: the number of a list of blockers.
+const LISTS: u16 = 3;
+
+/// More blockers are a crowd.
+const CROWD: usize = 64;
+
+/// Crowds are not sorted out any more between so many pairs of patches.
+const FEW_PAIRS: usize = 64;
+
+/// Work on a pair of tiles; reused.
+pub(super) struct Work {
+    /// [`TILE`] a row.
+    class: Vec<u16>,
+    /// Blockers of each pair of leaves in part hidden.
+    lists: Vec<u32>,
+    /// Where each list begins, and where the last ends.
+    starts: Vec<u32>,
+    /// Blockers on the way down.
+    pending: Vec<u32>,
+    shaft: Shaft,
+    row: [Lanes; TILE / LANES],
+    room: Room,
+    pub counts: Counts,
+}
+
+/// What was done.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Counts {
+    /// Pairs that exchange anything.
+    pub pairs: u64,
+    /// Pairs with possible blockers.
+    pub partly: u64,
+    /// Shadow rays.
+    pub rays: u64,
+}
+
+impl Counts {
+    pub fn and(self, other: Self) -> Self {
+        Self {
+            pairs: self.pairs + other.pairs,
+            partly: self.partly + other.partly,
+            rays: self.rays + other.rays,
+        }
+    }
+}
+
+impl Default for Work {
+    fn default() -> Self {
+        Self {
+            class: Vec::new(),
+            lists: Vec::new(),
+            starts: Vec::new(),
+            pending: Vec::new(),
+            shaft: Shaft::default(),
+            row: [[0.0; LANES]; TILE / LANES],
+            room: Room::default(),
+            counts: Counts::default(),
+        }
+    }
+}
+
+/// How pairs are evaluated.
+pub(super) struct Task<'a> {
+    pub model: &'a Model<'a>,
+    pub error: f64,
+    pub seed: u32,
+    /// Patches whose pairs alone are asked for, by their places in the order of the tree.
+    pub wanted: Option<&'a [bool]>,
+}
+
+impl Task<'_> {
+    fn wants(&self, from: u32, to: u32) -> bool {
+        self.wanted.is_none_or(|w| w[from as usize..to as usize].iter().any(|&w| w))
+    }
+
+    fn wants_pair(&self, r: usize, c: usize) -> bool {
+        self.wanted.is_none_or(|w| w[r] || w[c])
+    }
+
+    /// Hands over `(i, j, S)` of all pairs i < j (places in the order of the tree) of tiles `a` and `b`
+    /// (nodes, a not after b), by rows, S > 0 in m².
+    pub fn tile(&self, a: u32, b: u32, work: &mut Work, mut each: impl FnMut(usize, usize, f32)) {
+        let [rows, columns] = [a, b].map(|n| &self.model.tree.nodes[n as usize]);
+        work.class.clear();
+        work.class.resize(TILE * TILE, HIDDEN);
+        work.lists.clear();
+        work.starts.clear();
+        work.starts.push(0);
+        work.pending.clear();
+        work.shaft.between(rows, columns);
+        let Work { shaft, pending, .. } = work;
+        self.model.blocker_tree.near(shaft, |q| pending.push(q));
+        let count = work.pending.len();
+        self.descend([a, b], [rows.from, columns.from], 0..count, work);
+        let scale2 = self.model.bvh.scale().powi(2);
+        for r in rows.from as usize..rows.to as usize {
+            let class = &work.class[(r - rows.from as usize) * TILE..][..TILE];
+            let first = if a == b { r + 1 } else { columns.from as usize };
+            let end = columns.to as usize;
+            if first >= end || class[first - columns.from as usize..].iter().all(|&c| c == HIDDEN) {
+                continue;
+            }
+            if !self.wants(r as u32, r as u32 + 1) && !self.wants(first as u32, end as u32) {
+                continue;
+            }
+            let blocks = (end - first).div_ceil(LANES);
+            exchange_with(&self.model.columns, r, first, &mut work.row[..blocks]);
+            for c in first..end {
+                let s = work.row[(c - first) / LANES][(c - first) % LANES];
+                let class = work.class[(r - rows.from as usize) * TILE + c - columns.from as usize];
+                if s == 0.0 || class == HIDDEN || !self.wants_pair(r, c) {
+                    continue;
+                }
+                let s = if class == SEEN && s != CLOSELY {
+                    f64::from(s) * scale2
+                } else {
+                    let known = (s != CLOSELY).then(|| f64::from(s) * scale2);
+                    let between = match class {
+                        SEEN => Some(&[][..]),
+                        CROWDED => None,
+                        list => {
+                            let k = (list - LISTS) as usize;
+                            let list = work.starts[k] as usize..work.starts[k + 1] as usize;
+                            Some(&work.lists[list])
+                        }
+                    };
+                    self.closely(r, c, known, between, &mut work.room)
+                };
+                let s = down(s.min(self.model.areas[r]).min(self.model.areas[c]));
+                if s > 0.0 {
+                    work.counts.pairs += 1;
+                    work.counts.partly += u64::from(class != SEEN);
+                    each(r, c, s);
+                }
+            }
+        }
+        work.counts.rays += std::mem::take(&mut work.room.rays);
+    }
+
+    /// S of one pair, 0 if it exchanges nothing; `known` unoccluded, if it is. Without a list of blockers
+    /// rays tell.
+    fn closely(
+        &self,
+        i: usize,
+        j: usize,
+        known: Option<f64>,
+        blockers: Option<&[u32]>,
+        room: &mut Room,
+    ) -> f64 {
+        let model = self.model;
+        let mut sum = 0.0;
+        let least = model.areas[i].min(model.areas[j]);
+        for p in model.pieces(i) {
+            for q in model.pieces(j) {
+                let polygons = match known {
+                    Some(_) => (p.polygon, q.polygon),
+                    None => match facing(&p.polygon, &q.polygon, model.coplanar) {
+                        Some(parts) => parts,
+                        None => continue,
+                    },
+                };
+                let s = known.unwrap_or_else(|| exchange(&polygons.0, &polygons.1));
+                if s <= 0.0 {
+                    continue;
+                }
+                let v = if blockers.is_some_and(<[u32]>::is_empty) {
+                    1.0
+                } else {
+                    // A pair matters by the larger of its factors.
+                    let factor = s / least / model.typical;
+                    let pair = Pair {
+                        pieces: [p, q],
+                        polygons: polygons.into(),
+                        blockers,
+                        effort: 0.5 * factor * (1e-3 / self.error),
+                        seed: u64::from(self.seed) << 48 ^ (i as u64) << 32 ^ j as u64,
+                    };
+                    pair.visible(model, room)
+                };
+                sum += s * v;
+            }
+        }
+        sum * model.scales[i] * model.scales[j]
+    }
+
+    /// Sorts out the blockers `given` (a range of the pending ones) between two nodes; `origin` is
+    /// where their tiles begin.
+    fn descend(
+        &self,
+        nodes: [u32; 2],
+        origin: [u32; 2],
+        given: std::ops::Range<usize>,
+        work: &mut Work,
+    ) {
+        let tree = &self.model.tree;
+        let [a, b] = nodes.map(|n| &tree.nodes[n as usize]);
+        if !self.wants(a.from, a.to) && !self.wants(b.from, b.to) {
+            return;
+        }
+        let flat = nodes[0] == nodes[1] && a.plane.is_some();
+        if flat || face_away(a, b, self.model.coplanar) {
+            return;
+        }
+        work.shaft.between(a, b);
+        let from = work.pending.len();
+        let closely = a.is_leaf() && b.is_leaf() && given.len() <= CROWD / 2;
+        for k in given {
+            let q = work.pending[k];
+            let blocker = &self.model.blockers.polygons[q as usize];
+            match relation(blocker, &work.shaft, [a, b], closely, self.model.touching) {
+                Between::Nothing => {}
+                Between::Something => work.pending.push(q),
+                Between::Everything => {
+                    work.pending.truncate(from);
+                    return;
+                }
+            }
+        }
+        let to = work.pending.len();
+        if from == to {
+            self.mark(nodes, origin, SEEN, work);
+        } else if to - from > CROWD && a.len() * b.len() <= FEW_PAIRS {
+            self.mark(nodes, origin, CROWDED, work);
+        } else if a.is_leaf() && b.is_leaf() {
+            let list = usize::from(LISTS) + work.starts.len() - 1;
+            work.lists.extend_from_slice(&work.pending[from..to]);
+            work.starts.push(work.lists.len() as u32);
+            self.mark(nodes, origin, list as u16, work);
+        } else if nodes[0] == nodes[1] {
+            for (x, y) in [(0, 0), (0, 1), (1, 1)] {
+                self.descend([a.child + x, a.child + y], origin, from..to, work);
+            }
+        } else if a.split_before(b) {
+            for k in 0..2 {
+                self.descend([a.child + k, nodes[1]], origin, from..to, work);
+            }
+        } else {
+            for k in 0..2 {
+                self.descend([nodes[0], b.child + k], origin, from..to, work);
+            }
+        }
+        work.pending.truncate(from);
+    }
+
+    fn mark(&self, nodes: [u32; 2], origin: [u32; 2], class: u16, work: &mut Work) {
+        let [a, b] = nodes.map(|n| &self.model.tree.nodes[n as usize]);
+        for r in a.from - origin[0]..a.to - origin[0] {
+            let row = &mut work.class[r as usize * TILE..];
+            row[(b.from - origin[1]) as usize..(b.to - origin[1]) as usize].fill(class);
+        }
+    }
+}
+
+/// Single precision, rounded towards zero.
+pub(super) fn down(x: f64) -> f32 {
+    let y = x as f32;
+    if f64::from(y) > x { y.next_down() } else { y }
+}

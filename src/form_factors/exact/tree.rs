@@ -1,0 +1,271 @@
+//! A hierarchy over the patches: nodes are nearly flat and compact, so that one look decides what
+//! lies between two of them.
+
+use glam::DVec3;
+
+/// Leaves hold at most so many patches.
+pub(super) const LEAF: usize = 4;
+
+/// Tiles, the nodes that work is handed out by, hold at most so many.
+pub(super) const TILE: usize = 128;
+
+/// A turn of the normal by one radian counts as much as this share of a node's diagonal.
+const TURN: f64 = 0.5;
+
+/// What the hierarchy knows of a patch.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Extent {
+    pub low: DVec3,
+    pub high: DVec3,
+    /// Unit normal; zero if it has several.
+    pub normal: DVec3,
+}
+
+/// A run of patches in the order of the hierarchy.
+#[derive(Debug, Clone)]
+pub(super) struct Node {
+    pub from: u32,
+    pub to: u32,
+    /// The first of two children in a row; 0 for a leaf.
+    pub child: u32,
+    pub low: DVec3,
+    pub high: DVec3,
+    /// The common plane: a unit normal and the distance along it.
+    pub plane: Option<(DVec3, f64)>,
+    corners: [DVec3; 8],
+    count: u8,
+    /// Capped bodies that some of its patches are inside.
+    pub inside: Vec<u32>,
+}
+
+impl Node {
+    /// Points whose convex hull holds all patches.
+    pub fn corners(&self) -> &[DVec3] {
+        &self.corners[..usize::from(self.count)]
+    }
+
+    pub fn len(&self) -> usize {
+        (self.to - self.from) as usize
+    }
+
+    pub fn is_leaf(&self) -> bool {
+        self.child == 0
+    }
+
+    /// Square of the diagonal of its box.
+    pub fn diagonal(&self) -> f64 {
+        self.low.distance_squared(self.high)
+    }
+
+    /// Which of two nodes is rather split.
+    pub fn split_before(&self, other: &Self) -> bool {
+        !self.is_leaf() && (other.is_leaf() || self.diagonal() >= other.diagonal())
+    }
+}
+
+/// The hierarchy.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Tree {
+    pub nodes: Vec<Node>,
+    /// Patches in the order of the leaves.
+    pub order: Vec<u32>,
+    /// The nodes that are tiles, in the order of their patches.
+    pub tiles: Vec<u32>,
+}
+
+impl Tree {
+    /// The hierarchy of patches with these extents. `corners` of each patch; planes closer than
+    /// `coplanar` are one.
+    pub fn new<'a>(
+        extents: &[Extent],
+        corners: impl Fn(u32) -> &'a [DVec3],
+        coplanar: f64,
+    ) -> Self {
+        let mut me = Self { order: (0..extents.len() as u32).collect(), ..Self::default() };
+        if extents.is_empty() {
+            return me;
+        }
+        me.nodes.push(me.node(0, extents.len(), extents, &corners, coplanar));
+        let mut at = 0;
+        while at < me.nodes.len() {
+            let (from, to) = (me.nodes[at].from as usize, me.nodes[at].to as usize);
+            if to - from > LEAF {
+                let middle = from + divide(&mut me.order[from..to], extents);
+                me.nodes[at].child = me.nodes.len() as u32;
+                for (from, to) in [(from, middle), (middle, to)] {
+                    me.nodes.push(me.node(from, to, extents, &corners, coplanar));
+                }
+            }
+            at += 1;
+        }
+        me.find_tiles(0);
+        me
+    }
+
+    fn find_tiles(&mut self, at: u32) {
+        let node = &self.nodes[at as usize];
+        if node.len() <= TILE || node.is_leaf() {
+            self.tiles.push(at);
+            return;
+        }
+        let child = node.child;
+        self.find_tiles(child);
+        self.find_tiles(child + 1);
+    }
+
+    fn node<'a>(
+        &self,
+        from: usize,
+        to: usize,
+        extents: &[Extent],
+        corners: &impl Fn(u32) -> &'a [DVec3],
+        coplanar: f64,
+    ) -> Node {
+        let patches = &self.order[from..to];
+        let (low, high) = bounds(patches, extents);
+        let mut node = Node {
+            from: from as u32,
+            to: to as u32,
+            child: 0,
+            low,
+            high,
+            plane: None,
+            corners: std::array::from_fn(|k| {
+                let pick = |bit: usize, axis: usize| {
+                    if k >> bit & 1 == 1 { high[axis] } else { low[axis] }
+                };
+                DVec3::new(pick(0, 0), pick(1, 1), pick(2, 2))
+            }),
+            count: 8,
+            inside: Vec::new(),
+        };
+        let normal = extents[patches[0] as usize].normal;
+        let [origin, second, ..] = *corners(patches[0]) else { return node };
+        let points = || patches.iter().flat_map(|&p| corners(p));
+        let flat = normal != DVec3::ZERO
+            && patches.iter().all(|&p| extents[p as usize].normal.dot(normal) > 1.0 - 1e-9)
+            && points().all(|&v| normal.dot(v - origin).abs() <= coplanar);
+        if flat {
+            node.plane = Some((normal, normal.dot(origin)));
+            let points: Vec<DVec3> = points().copied().collect();
+            let rectangle = if let [a, b, c] = points[..] {
+                [a, b, c, c]
+            } else {
+                rectangle(&points, normal, second - origin)
+            };
+            node.corners[..4].copy_from_slice(&rectangle);
+            node.count = if points.len() == 3 { 3 } else { 4 };
+        }
+        node
+    }
+}
+
+/// The smaller rectangle about points of a plane, along an edge or along the longest axis.
+fn rectangle(points: &[DVec3], normal: DVec3, edge: DVec3) -> [DVec3; 4] {
+    let about = |direction: DVec3| {
+        let u = (direction - normal * normal.dot(direction))
+            .normalize_or(normal.any_orthonormal_vector());
+        let v = normal.cross(u);
+        let o = points[0];
+        let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+        for p in points {
+            for (k, x) in [u.dot(*p - o), v.dot(*p - o)].into_iter().enumerate() {
+                low[k] = low[k].min(x);
+                high[k] = high[k].max(x);
+            }
+        }
+        let at = |x: f64, y: f64| o + u * x + v * y;
+        let area = (high[0] - low[0]) * (high[1] - low[1]);
+        let [(a, c), (b, d)] = [(low[0], high[0]), (low[1], high[1])];
+        (area, [at(a, b), at(c, b), at(c, d), at(a, d)])
+    };
+    let by_edge = about(edge);
+    let by_axis = about(DVec3::new(0.577, 0.211, 0.789).cross(normal));
+    if by_axis.0 < by_edge.0 { by_axis.1 } else { by_edge.1 }
+}
+
+fn bounds(patches: &[u32], extents: &[Extent]) -> (DVec3, DVec3) {
+    patches
+        .iter()
+        .map(|&p| &extents[p as usize])
+        .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), e| {
+            (low.min(e.low), high.max(e.high))
+        })
+}
+
+/// Sorts patches into two parts that differ in place or in direction; returns the length of the first.
+fn divide(patches: &mut [u32], extents: &[Extent]) -> usize {
+    let (low, high) = bounds(patches, extents);
+    let turn = TURN * low.distance(high);
+    let feature = |p: u32| -> [f64; 6] {
+        let e = &extents[p as usize];
+        let (c, n) = (0.5 * (e.low + e.high), e.normal * turn);
+        [c.x, c.y, c.z, n.x, n.y, n.z]
+    };
+    let (mut least, mut most) = ([f64::INFINITY; 6], [f64::NEG_INFINITY; 6]);
+    for &p in patches.iter() {
+        for (k, x) in feature(p).into_iter().enumerate() {
+            least[k] = least[k].min(x);
+            most[k] = most[k].max(x);
+        }
+    }
+    let mut axis = 0;
+    for k in 1..6 {
+        if most[k] - least[k] > (most[axis] - least[axis]) * (1.0 + 1e-9) {
+            axis = k;
+        }
+    }
+    let middle = 0.5 * (least[axis] + most[axis]);
+    patches.sort_by(|&p, &q| feature(p)[axis].total_cmp(&feature(q)[axis]).then(p.cmp(&q)));
+    let at = patches.partition_point(|&p| feature(p)[axis] < middle);
+    let lopsided = patches.len() / 16;
+    // A pile in one place is cut by its number.
+    if at <= lopsided || at + lopsided >= patches.len() { patches.len() / 2 } else { at }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_patch_is_in_one_tile_and_nodes_hold_their_patches() {
+        let corners: Vec<[DVec3; 3]> = (0..1000)
+            .map(|k| {
+                let o = DVec3::new(
+                    f64::from(k % 10),
+                    f64::from(k / 10 % 50),
+                    f64::from(k / 500) * 99.0,
+                );
+                [o, o + DVec3::X, o + DVec3::Y]
+            })
+            .collect();
+        let extents: Vec<Extent> = corners
+            .iter()
+            .map(|t| Extent {
+                low: t[0].min(t[1]).min(t[2]),
+                high: t[0].max(t[1]).max(t[2]),
+                normal: DVec3::Z,
+            })
+            .collect();
+        let tree = Tree::new(&extents, |p| &corners[p as usize], 1e-9);
+        let mut next = 0;
+        for &t in &tree.tiles {
+            let node = &tree.nodes[t as usize];
+            assert_eq!(node.from, next);
+            assert!(node.len() <= TILE);
+            next = node.to;
+        }
+        assert_eq!(next, 1000);
+        for node in &tree.nodes {
+            if let Some((n, d)) = node.plane {
+                assert_eq!(n, DVec3::Z);
+                assert!(node.corners().iter().all(|c| (n.dot(*c) - d).abs() < 1e-9));
+            }
+            for &p in &tree.order[node.from as usize..node.to as usize] {
+                let e = &extents[p as usize];
+                assert!(e.low.cmpge(node.low).all() && e.high.cmple(node.high).all());
+            }
+        }
+        assert!(tree.tiles.iter().all(|&t| tree.nodes[t as usize].plane.is_some()));
+    }
+}
