@@ -17,9 +17,11 @@ use hemicube::form_factors::rays::MOST_SAMPLES;
 use hemicube::form_factors::{FormFactors, Rays, RaysOptions, Row, RowSink};
 use hemicube::patches::PatchId;
 use hemicube::progress::Silent;
+use hemicube::report::ErrorReport;
 use hemicube::scene::{Rgb, builtin, luminance};
 use hemicube::solution::{Clustering, EngineOptions, LightOptions, Solution, light};
 use hemicube::solve::SolveOptions;
+use hemicube::uncertainty::Uncertainty;
 use hemicube::visibility::Bvh;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -55,7 +57,13 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     println!("  {:14} {seconds:7.3} s", "all");
     println!("  {} sweeps", solution.report.solve.map_or(0, |s| s.iterations));
-    println!("  stated noise {:.3} %", 100.0 * solution.report.sampling_error.unwrap_or(0.0));
+    let field = timed("field", || solution.field(&scene));
+    let known = timed("uncertainty", || Uncertainty::of(&scene.geometry, &solution, &field));
+    let ErrorReport { total, noise, refinement, half } = known.report(&solution);
+    let [total, noise, refinement, half] = [total, noise, refinement, half].map(|e| 100.0 * e);
+    println!(
+        "  stated on 80 % of the surface {total:.3} %: noise {noise:.3} %, patch size {refinement:.3} %; on half {half:.3} %"
+    );
 
     if wanted == 0 {
         return Ok(());
@@ -126,4 +134,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         100.0 * errors[wanted - 1]
     );
     Ok(())
+}
+
+fn timed<T>(stage: &str, work: impl FnOnce() -> T) -> T {
+    let start = Instant::now();
+    let result = work();
+    println!("  {stage:14} {:7.3} s", start.elapsed().as_secs_f64());
+    result
 }

@@ -14,17 +14,18 @@
 //!
 //! Rays come in 16 sets that know nothing of each other, each with its own shadow rays. What is left of
 //! their differences in the mean is known from Student's distribution. To this the error of the
-//! solution is added as its two halves tell it, which differ by twice the standard error of their
-//! mean: patch by patch in quadrature, in proportion to the rays that meet it, and once more for what
-//! all of them have in common.
+//! solution is added. Its noise is told by its two halves, which differ by twice the standard error
+//! of their mean: patch by patch in quadrature, in proportion to the rays that meet it, and once more for
+//! what all of them have in common. What the size of patches blurs ([`Uncertainty::refinement`]) has
+//! nothing in common, as a field passes by values on both sides: it is added in quadrature alone.
 //!
 //! # Limits
 //!
 //! - Rays begin [`CLEARANCE`] above the point. A shadow that none of the first shadow rays finds (1/8
 //!   of all) is an error that is not stated.
 //! - Reflectance and emission are means over source triangles: textures are not looked up.
-//! - Of the error of the solution only the noise is known, not what comes of the size of patches; and
-//!   nothing of it where rows are not sampled.
+//! - Of a solution by rows that are not sampled only the error is known that is due to the size of
+//!   patches.
 //! - Points more than a few radii away from the scene lose shadows, in single precision.
 
 use std::f64::consts::PI;
@@ -40,6 +41,7 @@ use crate::progress::Progress;
 use crate::reconstruct::Field;
 use crate::scene::{Rgb, Scene, Side, luminance};
 use crate::solution::Solution;
+use crate::uncertainty::Uncertainty;
 use crate::visibility::{Bvh, COVERED, Frame, Hits, LANES, NOTHING, Packet};
 
 /// How points are measured.
@@ -128,8 +130,8 @@ pub struct Gatherer<'a> {
     /// What each emitting side reflects and is set apart; of all others nothing.
     reflected: Vec<Rgb>,
     table: Table,
-    /// Standard error of each patch's irradiance.
-    doubt: Option<Vec<Rgb>>,
+    /// Half of what two halves differ in at each patch, and what its size blurs.
+    doubt: Vec<(Rgb, Rgb)>,
     /// Irradiance below this is darkness.
     dark: f64,
     seed: u32,
@@ -142,8 +144,8 @@ struct Tally {
     /// Backs that do not reflect, and all backs.
     dark: usize,
     backs: usize,
-    /// What the errors of patches contribute, ray by ray.
-    doubts: Vec<(u32, Rgb)>,
+    /// What the errors of patches contribute, ray by ray: noise, and what their size blurs.
+    doubts: Vec<(u32, Rgb, Rgb)>,
 }
 
 impl<'a> Gatherer<'a> {
@@ -166,10 +168,12 @@ impl<'a> Gatherer<'a> {
         let reflected = reflected_by_emitters(scene, patches, field);
         let emitters =
             Emitters::new(&scene.geometry, &scene.optics, patches, bvh, apart, |s| reflected[s]);
-        let doubt = solution
-            .halves
-            .as_ref()
-            .map(|[a, b]| a.iter().zip(b).map(|(a, b)| (*a - *b) * 0.5).collect());
+        let blurred = Uncertainty::of(&scene.geometry, solution, field).refinement;
+        let half = |i: usize| match &solution.halves {
+            Some([a, b]) => (a[i] - b[i]) * 0.5,
+            None => Rgb::ZERO,
+        };
+        let doubt = blurred.into_iter().enumerate().map(|(i, b)| (half(i), b)).collect();
         let lit: Vec<Rgb> = patches
             .ids()
             .filter(|i| solution.usable[i.index()])
@@ -308,8 +312,9 @@ impl<'a> Gatherer<'a> {
                 let apart = self.emitters.is_apart(receiver, side);
                 sum += if apart { -self.reflected[side] } else { e };
             }
-            if let (Some(doubt), Some(id)) = (&self.doubt, self.patches.at(p)) {
-                tally.doubts.push((id.0, rho * doubt[id.index()]));
+            if let Some(id) = self.patches.at(p) {
+                let (noise, blur) = self.doubt[id.index()];
+                tally.doubts.push((id.0, rho * noise, rho * blur));
             }
         }
         sum
@@ -349,15 +354,16 @@ fn reflected_by_emitters(scene: &Scene, patches: &Patches, field: &Field<'_>) ->
     sums.into_iter().map(|s| s.0).collect()
 }
 
-/// Standard error of a sum over rays, each of which carries the error of a patch: patches err
-/// independently, and all of them by their sum.
-fn spread(doubts: &mut [(u32, Rgb)]) -> Rgb {
+/// Standard error of a sum over rays, each of which carries the errors of a patch: patches err
+/// independently, and by their noise also all together.
+fn spread(doubts: &mut [(u32, Rgb, Rgb)]) -> Rgb {
     doubts.sort_unstable_by_key(|d| d.0);
     let (mut squares, mut all) = (Rgb::ZERO, Rgb::ZERO);
     for patch in doubts.chunk_by(|a, b| a.0 == b.0) {
-        let sum: Rgb = patch.iter().map(|d| d.1).sum();
-        squares += sum * sum;
-        all += sum;
+        let noise: Rgb = patch.iter().map(|d| d.1).sum();
+        let blur: Rgb = patch.iter().map(|d| d.2).sum();
+        squares += noise * noise + blur * blur;
+        all += noise;
     }
     (squares + all * all).map(f64::sqrt)
 }

@@ -20,6 +20,7 @@ pub mod refine;
 pub mod reconstruct;
 pub mod report;
 pub mod solution;
+pub mod uncertainty;
 pub mod matrix;
 pub mod gather;
 pub mod render;

@@ -23,15 +23,29 @@ pub struct Report {
     pub rows: Option<RowsReport>,
     /// The solution.
     pub solve: Option<SolveReport>,
-    /// Estimated relative error of irradiance due to sampling, where rows are sampled: RMS over the
-    /// surface, relative to irradiance or 1 % of its mean. What patches blur is not in it.
-    pub sampling_error: Option<f64>,
+    /// How well irradiance is known, once somebody asked for it.
+    pub error: Option<ErrorReport>,
     /// Where the light went.
     pub energy: Option<EnergyBalance>,
     /// The stages in order, with wall-clock seconds.
     pub stages: Vec<Stage>,
     /// Largest resident memory of the process in bytes, where the system tells.
     pub peak_memory_bytes: Option<u64>,
+}
+
+/// Estimated standard errors of irradiance as a field over the surfaces, each relative to irradiance or 1 %
+/// of its mean: what they are at most on four fifths of the lit surface. (An average would tell of
+/// the darkest corners alone.)
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct ErrorReport {
+    /// All of it: the sum of both, patch by patch.
+    pub total: f64,
+    /// What is due to sampling.
+    pub noise: f64,
+    /// What is due to the size of patches.
+    pub refinement: f64,
+    /// All of it, at most on half of the surface.
+    pub half: f64,
 }
 
 /// Which engine made the form factors.

@@ -17,7 +17,7 @@ use crate::progress::Progress;
 use crate::reconstruct::Field;
 use crate::refine::factor::{FactorRule, RefineError};
 use crate::report::{EngineReport, Report, RowsReport, Stage};
-use crate::scene::{Geometry, Rgb, Scene, Side, luminance};
+use crate::scene::{Geometry, Rgb, Scene, Side};
 use crate::solve::{EnergyBalance, SolveError, SolveOptions, System, solve, solve_near};
 use crate::visibility::{Bvh, COVERED, uncover};
 
@@ -391,10 +391,7 @@ fn lit_by(
         engine: Some(engine),
         rows: Some(rows_report(&factors, &areas)),
         solve: Some(solved),
-        sampling_error: halves.as_ref().map(|halves| {
-            let lit = |i: usize| usable[i].then(|| areas[i]);
-            sampling_error(&irradiance, halves, lit)
-        }),
+        error: None,
         energy: Some(EnergyBalance::of(&system, &emission, scene.sky, Some(lamps), &irradiance)),
         stages: clock.stages,
         peak_memory_bytes: None,
@@ -424,24 +421,6 @@ fn solve_halves(
     let (spread, _) = solve_near(&system, &found, &solving, progress)?;
     let side = |sign: f64| irradiance.iter().zip(&spread).map(|(h, s)| *h + *s * sign).collect();
     Ok([side(1.0), side(-1.0)])
-}
-
-/// RMS relative error of irradiance, weighted by `area`, told by what two halves of the rays differ
-/// in: half of their difference is as large as the error of their mean.
-fn sampling_error(
-    irradiance: &[Rgb],
-    halves: &[Vec<Rgb>; 2],
-    area: impl Fn(usize) -> Option<f64>,
-) -> f64 {
-    let lit = || (0..irradiance.len()).filter_map(|i| Some((i, area(i)?)));
-    let total: f64 = lit().map(|l| l.1).sum();
-    let mean = lit().map(|(i, a)| a * luminance(irradiance[i])).sum::<f64>() / total;
-    let square = |i: usize| {
-        let error = 0.5 * luminance(halves[0][i] - halves[1][i]);
-        (error / luminance(irradiance[i]).max(0.01 * mean)).powi(2)
-    };
-    let sum: f64 = lit().map(|(i, a)| a * square(i)).sum();
-    if total > 0.0 && mean > 0.0 { (sum / total).sqrt() } else { 0.0 }
 }
 
 /// Whether source triangles are to be clustered.

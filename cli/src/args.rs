@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use glam::DVec3;
 use hemicube::form_factors::rays::MOST_SAMPLES;
-use hemicube::gather::{FEWEST_RAYS, GatherOptions, MOST_RAYS};
+use hemicube::gather::{FEWEST_RAYS, MOST_RAYS};
 
 pub use factors::{FaceSides, Factors};
 
@@ -47,6 +47,7 @@ const RENDER_EXAMPLES: &str = "Examples:
   hemicube render house.glb --eye 1,1.6,-2 --target 4,1,3 --size 1280x720
   hemicube render model.obj --unit mm --emission lamp=20,18,15 --patch-size 0.01
   hemicube render hall.glb --ies pendant=pendant.ies
+  hemicube render hall.glb --error 1% -v
   hemicube render statue.glb --sky 1,1,1.2 --exposure -1 --tone linear --report run.json";
 
 const PROBE_EXAMPLES: &str = "Examples:
@@ -242,6 +243,10 @@ pub struct Light {
     #[arg(long, value_name = "N", value_parser = samples)]
     pub samples: Option<usize>,
 
+    /// Choose rays and patches so that irradiance is known this well, like 1%, on four fifths of the surface
+    #[arg(long, value_name = "PERCENT", value_parser = percent, conflicts_with = "samples", allow_negative_numbers = true)]
+    pub error: Option<f64>,
+
     /// Another seed gives other rays
     #[arg(long, value_name = "N", hide_short_help = true)]
     pub seed: Option<u32>,
@@ -350,9 +355,9 @@ pub struct Probe {
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
 
-    /// Rays a point, 256 to 1048576
-    #[arg(long, value_name = "N", default_value_t = GatherOptions::default().samples, value_parser = point_rays)]
-    pub rays: usize,
+    /// Rays a point, 256 to 1048576 [default: 4096; more with --error below 1%]
+    #[arg(long, value_name = "N", value_parser = point_rays)]
+    pub rays: Option<usize>,
 
     /// How it is lit.
     #[command(flatten)]
@@ -503,6 +508,14 @@ fn samples(text: &str) -> Result<usize, String> {
     match text.parse() {
         Ok(n) if (32..=MOST_SAMPLES).contains(&n) => Ok(n),
         _ => Err(format!("'{text}' is not a number of rays from 32 to {MOST_SAMPLES}")),
+    }
+}
+
+/// A share of 1, given in per cent with or without the sign.
+fn percent(text: &str) -> Result<f64, String> {
+    match text.trim_end_matches('%').trim_end().parse::<f64>() {
+        Ok(percent) if percent > 0.0 && percent < 100.0 => Ok(percent / 100.0),
+        _ => Err(format!("'{text}' is not a percentage above 0 and below 100; write it like 1%")),
     }
 }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use hemicube::export::write_whole;
-use hemicube::gather::{Estimate, GatherOptions, Gatherer, Place};
+use hemicube::gather::{Estimate, GatherOptions, Gatherer, MOST_RAYS, Place};
 use hemicube::patches::Patches;
 use hemicube::progress::Progress;
 use hemicube::report::Stage;
@@ -46,7 +46,8 @@ pub fn run(args: &Probe) -> Result<(), Failure> {
     let field = solution.field(&scene);
     let bvh = Bvh::new(&scene.geometry);
     let seed = args.light.seed.unwrap_or_default();
-    let options = GatherOptions { samples: args.rays, seed, ..GatherOptions::default() };
+    let samples = args.rays.unwrap_or_else(|| rays_within(args.light.error));
+    let options = GatherOptions { samples, seed, ..GatherOptions::default() };
     let gatherer = Gatherer::new(&scene, &solution, &field, &bvh, options);
     bar.stage("points", table.probes.len() as u64);
     let found = gatherer.all(&table.probes, &bar).ok_or(Failure::Cancelled)?;
@@ -70,13 +71,22 @@ pub fn run(args: &Probe) -> Result<(), Failure> {
     write_report(&mut solution.report, &args.light)
 }
 
+/// Rays a point that bring about this error.
+fn rays_within(target: Option<f64>) -> usize {
+    /// What the default brings about, mostly.
+    const USUAL: f64 = 0.01;
+    let usual = GatherOptions::default().samples as f64;
+    let more = target.map_or(1.0, |t| (USUAL / t).powf(1.5)).max(1.0);
+    (usual * more).min(MOST_RAYS as f64) as usize
+}
+
 /// How the scene is lit, where the command line leaves it open.
 fn light_of(args: &Probe, scene: &Scene) -> Light {
     let mut light = args.light.clone();
     let rays = light.engine() == EngineArg::Rays && light.factors.is_none();
     // Large models may have their triangles joined, which says how large patches are.
     let small = scene.geometry.len() as u64 <= MANY_SIDES / 2 && light.cluster != ClusterArg::On;
-    if rays {
+    if rays && light.error.is_none() {
         light.samples.get_or_insert(SAMPLES);
         if small && light.max_factor.is_none() {
             light.patch_size.get_or_insert(Patches::area_adding(&scene.geometry, PATCHES));

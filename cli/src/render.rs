@@ -18,6 +18,7 @@ use hemicube::solution::{
 };
 use hemicube::solve::{Method, SolveOptions};
 use hemicube::tone::{KEY, Tone};
+use hemicube::uncertainty::{Uncertainty, light_within};
 
 use crate::args::{
     ClusterArg, DeviceArg, DrawChoice, EngineArg, Exposure, Light, Render, SolverChoice, ToneChoice,
@@ -52,6 +53,7 @@ pub fn run(args: &Render) -> Result<(), Failure> {
 
     let start = Instant::now();
     let field = solution.field(&scene);
+    let error = Uncertainty::of(&scene.geometry, &solution, &field).report(&solution);
     let seconds = start.elapsed().as_secs_f64();
     let start = Instant::now();
     let renderer = Renderer::new(&scene, &field);
@@ -76,6 +78,7 @@ pub fn run(args: &Render) -> Result<(), Failure> {
     if !args.light.quiet && args.exposure == Exposure::Auto {
         say(&format!("exposure: --exposure {:.2}", exposure.log2()));
     }
+    solution.report.error = Some(error);
     solution.report.stages.push(Stage { name: "reconstruct", seconds });
     solution.report.stages.push(Stage { name: "picture", seconds: picture_seconds });
     if args.light.verbose {
@@ -145,7 +148,10 @@ pub fn lit(scene: &Scene, args: &Light, bar: &Bar) -> Result<Solution, Failure> 
             let (patches, factors) = stored(path, scene, args, memory)?;
             light_by(scene, patches, factors, &options, bar)
         }
-        None => light(scene, &options, bar),
+        None => match args.error {
+            Some(target) => light_within(scene, &options, target, bar),
+            None => light(scene, &options, bar),
+        },
     };
     let solution = solution.map_err(|e| match e {
         e if e.is_cancelled() => Failure::Cancelled,
@@ -177,6 +183,18 @@ pub fn lit(scene: &Scene, args: &Light, bar: &Bar) -> Result<Solution, Failure> 
             }
         ));
     }
+    if let (Some(target), Some(error), false) = (args.error, solution.report.error, args.quiet) {
+        if error.total > target {
+            say(&format!(
+                "--error {}%: not reached, the best is {:.2} % (noise {:.2} %, size of patches {:.2} %); \
+                 allow a larger error, or more --memory",
+                100.0 * target,
+                100.0 * error.total,
+                100.0 * error.noise,
+                100.0 * error.refinement
+            ));
+        }
+    }
     Ok(solution)
 }
 
@@ -196,6 +214,7 @@ fn stored(
         ("--resolution", args.resolution.is_some()),
         ("--draw", args.draw.is_some()),
         ("--samples", args.samples.is_some()),
+        ("--error", args.error.is_some()),
     ];
     if let Some((flag, _)) = unused.iter().find(|f| f.1) {
         return Err(Failure::Input(format!("{flag} is not used with --factors; leave it out")));
@@ -213,7 +232,11 @@ pub fn engine_of(args: &Light) -> Result<EngineOptions, Failure> {
         ("--resolution", args.resolution.is_some()),
         ("--draw", args.draw.is_some()),
     ];
-    let rays = [("--samples", args.samples.is_some()), ("--seed", args.seed.is_some())];
+    let rays = [
+        ("--samples", args.samples.is_some()),
+        ("--seed", args.seed.is_some()),
+        ("--error", args.error.is_some()),
+    ];
     let unused: &[&[(&str, bool)]] = match engine {
         EngineArg::Rays => &[&hemicubes],
         EngineArg::Hemicube => &[&rays],
@@ -288,8 +311,15 @@ pub fn say_details(report: &Report) {
     if let Some(s) = report.solve {
         say(&format!("solution: {} iterations, residual {:.1e}", s.iterations, s.residual));
     }
-    if let Some(error) = report.sampling_error {
-        say(&format!("sampling: irradiance is within about {:.2} % RMS", 100.0 * error));
+    if let Some(e) = report.error {
+        say(&format!(
+            "error: on 80 % of the surface irradiance is known to {:.2} % (noise {:.2} %, size of \
+             patches {:.2} %), on half of it to {:.2} %",
+            100.0 * e.total,
+            100.0 * e.noise,
+            100.0 * e.refinement,
+            100.0 * e.half
+        ));
     }
     if let Some(e) = report.energy {
         say(&format!("energy: {:+.2} % imbalance of all that is emitted", 100.0 * e.imbalance));

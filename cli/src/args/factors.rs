@@ -125,6 +125,7 @@ impl Factors {
             resolution: self.resolution,
             draw: self.draw,
             samples: self.samples,
+            error: None,
             seed: self.seed,
             factors: None,
             solver: SolverChoice::GaussSeidel,

@@ -1,0 +1,96 @@
+//! The one knob: patches so small and rays so many that the error stated is small enough.
+
+use super::Uncertainty;
+use crate::direct::MOST_SHADOW;
+use crate::form_factors::rays::MOST_SAMPLES;
+use crate::patches::Patches;
+use crate::progress::Progress;
+use crate::report::ErrorReport;
+use crate::scene::Scene;
+use crate::solution::{EngineOptions, LightError, LightOptions, Solution, light};
+
+/// Times that a scene is lit at most.
+const TURNS: usize = 6;
+
+/// Rays a row and patches of the first turn.
+const FIRST: (usize, u64) = (256, 4_000);
+
+/// Most by which rays or patches grow from turn to turn.
+const GROWTH: f64 = 16.0;
+
+/// Noise falls as this power of the number of rays, evenly spread as they are.
+const NOISE_POWER: f64 = 0.7;
+
+/// What patches blur falls as this power of their area: between that of smooth light (1) and that of a
+/// shadow's border (1/4).
+const SIZE_POWER: f64 = 0.4;
+
+/// Lights a scene by sampled rows so well that the error stated ([`ErrorReport::total`]) is at most
+/// `target`, a share of 1: rays and, unless `options` say how large patches are, patches are made more
+/// until it is. If that is out of reach, because memory or the largest number of rays is, the best
+/// solution is yielded; its report says how good it is.
+///
+/// Other engines than [`EngineOptions::Rays`] light the scene once as they are told to.
+pub fn light_within(
+    scene: &Scene,
+    options: &LightOptions,
+    target: f64,
+    progress: &dyn Progress,
+) -> Result<Solution, LightError> {
+    let mut options = *options;
+    let fixed = options.patch_size.is_some() || options.adaptive.is_some();
+    if !fixed {
+        options.patch_size = Some(Patches::area_adding(&scene.geometry, FIRST.1));
+    }
+    if let EngineOptions::Rays { rows, .. } = &mut options.engine {
+        rows.samples = FIRST.0;
+    }
+    let mut best: Option<Solution> = None;
+    for _ in 0..TURNS {
+        let solution = match (light(scene, &options, progress), best.take()) {
+            (Ok(solution), _) => solution,
+            (Err(LightError::Memory { .. }), Some(best)) => return Ok(best),
+            (Err(error), _) => return Err(error),
+        };
+        let mut solution = solution;
+        let field = solution.field(scene);
+        let error = Uncertainty::of(&scene.geometry, &solution, &field).report(&solution);
+        drop(field);
+        solution.report.error = Some(error);
+        if error.total <= target || !better(&mut options, fixed, error, target) {
+            return Ok(solution);
+        }
+        best = Some(solution);
+    }
+    // There is one after the first turn.
+    best.map_or_else(|| light(scene, &options, progress), Ok)
+}
+
+/// Asks for more where an error is too large; `false` if there is nothing more to ask for.
+fn better(options: &mut LightOptions, fixed: bool, error: ErrorReport, target: f64) -> bool {
+    let mut changed = false;
+    // Each may have half; one that needs less leaves the rest to the other.
+    let allowed = |other: f64| (target - other).max(0.5 * target) * 0.95;
+    if let EngineOptions::Rays { rows, direct } = &mut options.engine {
+        let excess = error.noise / allowed(error.refinement);
+        let samples = grown(rows.samples as f64, excess, NOISE_POWER).min(MOST_SAMPLES as f64);
+        if excess > 1.0 && samples as usize > rows.samples {
+            let shadow = grown(direct.shadow as f64, excess, NOISE_POWER).min(MOST_SHADOW as f64);
+            (rows.samples, direct.shadow) = (samples as usize, shadow as usize);
+            changed = true;
+        }
+    }
+    if let (Some(size), false) = (&mut options.patch_size, fixed) {
+        let excess = error.refinement / allowed(error.noise);
+        if excess > 1.0 {
+            *size /= grown(1.0, excess, SIZE_POWER);
+            changed = true;
+        }
+    }
+    changed
+}
+
+/// So much more of something that falls as a power of it falls by the factor `excess`.
+fn grown(now: f64, excess: f64, power: f64) -> f64 {
+    now * excess.powf(1.0 / power).clamp(1.0, GROWTH)
+}
