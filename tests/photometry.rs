@@ -13,7 +13,8 @@
 use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3, Vec2Swizzles as _};
-use hemicube::form_factors::{Draw, HemicubeOptions};
+use hemicube::direct::ApartOptions;
+use hemicube::form_factors::{Draw, HemicubeOptions, RaysOptions};
 use hemicube::patches::{Patches, SurfacePoint};
 use hemicube::progress::Silent;
 use hemicube::scene::builtin::closed_room;
@@ -32,12 +33,21 @@ fn cube(size: f64, rho: f64, candela: f64) -> Scene {
     scene
 }
 
-fn solve(scene: &Scene, patch_size: f64) -> Solution {
+/// Hemicubes, and rays.
+fn engines() -> [EngineOptions; 2] {
+    let rows = RaysOptions { samples: 1024, seed: 0 };
+    [
+        EngineOptions::Hemicube(HemicubeOptions { resolution: 64, draw: Draw::Sources }),
+        EngineOptions::Rays { rows, direct: ApartOptions::default() },
+    ]
+}
+
+fn solve(scene: &Scene, patch_size: f64, engine: EngineOptions) -> Solution {
     let options = LightOptions {
         patch_size: Some(patch_size),
         cluster: Clustering::Off,
         adaptive: None,
-        engine: EngineOptions::Hemicube(HemicubeOptions { resolution: 64, draw: Draw::Sources }),
+        engine,
         solve: SolveOptions::default(),
         memory: 1 << 30,
     };
@@ -59,8 +69,9 @@ fn mean(solution: &Solution, which: impl Fn(&Patches, usize) -> bool) -> f64 {
 #[test]
 fn cie_171_case_5_8_interreflection_in_a_closed_cube() {
     let scene = cube(4.0, 0.5, 10_000.0 / (4.0 * PI));
-    for (patch_size, tolerance) in [(0.5, 0.01), (0.04, 0.002)] {
-        let solution = solve(&scene, patch_size);
+    let cases = [(0.5, 0.01), (0.04, 0.002)];
+    for ((patch_size, tolerance), engine) in cases.iter().flat_map(|c| engines().map(|e| (*c, e))) {
+        let solution = solve(&scene, patch_size, engine);
         let got = mean(&solution, |_, _| true);
         let error = got / (10_000.0 / (96.0 * 0.5)) - 1.0;
         println!("{} patches: {got:.3} lx, error {:.3} %", solution.patches.len(), 100.0 * error);
@@ -73,16 +84,18 @@ fn cie_171_case_5_8_interreflection_in_a_closed_cube() {
 fn the_mean_does_not_depend_on_the_photometry() {
     let mut scene = cube(4.0, 0.5, 1.0);
     assert!(scene.set_photometry("lamp", diffuse(10_000.0)));
-    let solution = solve(&scene, 0.04);
-    let got = mean(&solution, |_, _| true);
-    println!("{got:.3} lx");
-    assert!((got / (10_000.0 / (96.0 * 0.5)) - 1.0).abs() < 0.005, "{got} lx");
-    // All of the ceiling's light was reflected.
-    let ceiling = mean(&solution, |p, i| {
-        let cell = p.cell(hemicube::patches::PatchId(i as u32));
-        scene.geometry.normal(cell.triangle, Side::Front).y < -0.5
-    });
-    assert!(ceiling > 50.0 && ceiling < 0.8 * got, "{ceiling} lx");
+    for engine in engines() {
+        let solution = solve(&scene, 0.04, engine);
+        let got = mean(&solution, |_, _| true);
+        println!("{got:.3} lx");
+        assert!((got / (10_000.0 / (96.0 * 0.5)) - 1.0).abs() < 0.005, "{got} lx");
+        // All of the ceiling's light was reflected.
+        let ceiling = mean(&solution, |p, i| {
+            let cell = p.cell(hemicube::patches::PatchId(i as u32));
+            scene.geometry.normal(cell.triangle, Side::Front).y < -0.5
+        });
+        assert!(ceiling > 50.0 && ceiling < 0.8 * got, "{ceiling} lx");
+    }
 }
 
 /// A diffuse luminaire of so many lumens: I = Φ / π cos γ.
@@ -107,14 +120,21 @@ fn diffuse(lumens: f64) -> Photometry {
 #[test]
 fn cube_of_khodulev_and_kopylov() {
     let scene = cube(10.0, 2.0 / 3.0, 50_000.0);
-    let solution = solve(&scene, 0.25);
+    // Hemicubes see all walls alike, but for rounding; rays with noise.
+    for (engine, apart) in engines().into_iter().zip([0.005, 0.01]) {
+        cube_by(&scene, engine, apart);
+    }
+}
+
+fn cube_by(scene: &Scene, engine: EngineOptions, apart: f64) {
+    let solution = solve(scene, 0.25, engine);
     let luminance = |h: f64| h * 2.0 / 3.0 / PI;
     let got = luminance(mean(&solution, |_, _| true));
     println!("{} patches: {got:.2} cd/m²", solution.patches.len());
     assert!((got / 666.667 - 1.0).abs() < 0.002, "{got} cd/m²");
 
     // All walls are alike, and so are the four quarters of each.
-    let field = solution.field(&scene);
+    let field = solution.field(scene);
     let g = &scene.geometry;
     let at = |place: DVec2| -> Vec<f64> {
         let mut values = Vec::new();
@@ -153,6 +173,6 @@ fn cube_of_khodulev_and_kopylov() {
             100.0 * worst
         );
         assert_eq!(values.len(), 48, "{name}");
-        assert!(worst < 0.005, "{name}: {values:?}");
+        assert!(worst < apart, "{name}: {values:?}");
     }
 }
