@@ -20,7 +20,7 @@ use hemicube::progress::Silent;
 use hemicube::report::ErrorReport;
 use hemicube::scene::{Rgb, builtin, luminance};
 use hemicube::solution::{Clustering, EngineOptions, LightOptions, Solution, light};
-use hemicube::solve::SolveOptions;
+use hemicube::solve::{SAMPLED_TOLERANCE, SolveOptions};
 use hemicube::uncertainty::Uncertainty;
 use hemicube::visibility::Bvh;
 
@@ -42,7 +42,7 @@ fn main() -> Result<(), Box<dyn Error>> {
                 rows: RaysOptions { samples, seed },
                 direct: ApartOptions { shadow, seed, ..ApartOptions::default() },
             },
-            solve: SolveOptions::default(),
+            solve: SolveOptions { tolerance: SAMPLED_TOLERANCE, ..SolveOptions::default() },
             memory: 20 << 30,
         };
         Ok(light(&scene, &options, &Silent)?)

@@ -49,6 +49,9 @@ pub struct SolveOptions {
     pub memory: u64,
 }
 
+/// A residual that is small beside the noise of sampled rows.
+pub const SAMPLED_TOLERANCE: f64 = 1e-4;
+
 impl Default for SolveOptions {
     fn default() -> Self {
         Self { method: Method::default(), tolerance: 1e-6, max_iterations: 1000, memory: 4 << 30 }

@@ -16,7 +16,7 @@ use hemicube::scene::Scene;
 use hemicube::solution::{
     Adaptive, Clustering, EngineOptions, LightError, LightOptions, Solution, light, light_by,
 };
-use hemicube::solve::{Method, SolveOptions};
+use hemicube::solve::{Method, SAMPLED_TOLERANCE, SolveOptions};
 use hemicube::tone::{KEY, Tone};
 use hemicube::uncertainty::{Uncertainty, light_within};
 
@@ -139,6 +139,10 @@ pub fn lit(scene: &Scene, args: &Light, bar: &Bar) -> Result<Solution, Failure> 
                 SolverChoice::Direct => Method::Direct,
             },
             memory,
+            tolerance: match args.engine() {
+                EngineArg::Rays if args.factors.is_none() => SAMPLED_TOLERANCE,
+                _ => SolveOptions::default().tolerance,
+            },
             ..SolveOptions::default()
         },
         memory,

@@ -4,6 +4,10 @@
 //! of the emitting sides first, then of the sides that they see, and so on through all that
 //! reflect. Sides that face only emptiness or darkness are never reached.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use rayon::prelude::*;
+
 use super::rows::{Engine, RowSink};
 use super::stored::{AssembleError, FormFactors, assemble};
 use crate::patches::{PatchId, Patches, side_index};
@@ -18,11 +22,12 @@ pub fn assemble_lit(
     engine: &mut dyn Engine,
     patches: &Patches,
     seeds: impl IntoIterator<Item = PatchId>,
-    shines: impl Fn(PatchId) -> bool,
+    shines: impl Fn(PatchId) -> bool + Sync,
     factors: &mut FormFactors,
     progress: &dyn Progress,
 ) -> Result<(), AssembleError> {
     let mut reached = vec![false; patches.splits().len()];
+    let seen: Vec<AtomicBool> = patches.ids().map(|_| AtomicBool::new(false)).collect();
     let mut wave = Vec::new();
     let mut reach = |id: PatchId, wave: &mut Vec<PatchId>| {
         let cell = patches.cell(id);
@@ -37,11 +42,18 @@ pub fn assemble_lit(
     while !wave.is_empty() {
         wave.sort_unstable();
         assemble(engine, &wave, factors as &mut dyn RowSink, progress)?;
-        let mut next = Vec::new();
-        for &id in wave.iter().filter(|&&id| shines(id)) {
+        // Many rows see the same patches: most are marked already.
+        wave.par_iter().filter(|&&id| shines(id)).for_each(|&id| {
             for &j in factors.row(id).iter().flat_map(|r| r.columns) {
-                reach(PatchId(j), &mut next);
+                let seen = &seen[j as usize];
+                if !seen.load(Ordering::Relaxed) {
+                    seen.store(true, Ordering::Relaxed);
+                }
             }
+        });
+        let mut next = Vec::new();
+        for j in patches.ids().filter(|j| seen[j.index()].load(Ordering::Relaxed)) {
+            reach(j, &mut next);
         }
         wave = next;
     }

@@ -175,7 +175,7 @@ pub enum EngineError {
 }
 
 /// Makes rows of the matrix of form factors.
-pub trait Engine {
+pub trait Engine: Send {
     /// Its name, as users know it.
     fn name(&self) -> &'static str;
 
@@ -209,7 +209,7 @@ pub enum SinkError {
 }
 
 /// Where rows go.
-pub trait RowSink {
+pub trait RowSink: Send {
     /// Takes a block of rows.
     fn take(&mut self, ids: &[PatchId], rows: &[Row]) -> Result<(), SinkError>;
 }

@@ -483,14 +483,22 @@ pub fn assemble(
     sink: &mut dyn RowSink,
     progress: &dyn Progress,
 ) -> Result<(), AssembleError> {
-    let mut rows = vec![Row::default(); BLOCK.min(ids.len())];
-    for block in ids.chunks(BLOCK) {
-        let rows = &mut rows[..block.len()];
-        engine.fill(block, rows)?;
-        sink.take(block, rows)?;
-        if let ControlFlow::Break(()) = progress.advance(block.len() as u64) {
+    let room = || vec![Row::default(); BLOCK.min(ids.len())];
+    let (mut next, mut made) = (room(), room());
+    let mut last: &[PatchId] = &[];
+    // The sink takes one block while the engine makes the next.
+    for block in ids.chunks(BLOCK).chain([&[][..]]) {
+        let (filled, taken) = rayon::join(
+            || engine.fill(block, &mut next[..block.len()]),
+            || if last.is_empty() { Ok(()) } else { sink.take(last, &made[..last.len()]) },
+        );
+        filled?;
+        taken?;
+        if let ControlFlow::Break(()) = progress.advance(last.len() as u64) {
             return Err(AssembleError::Cancelled);
         }
+        std::mem::swap(&mut next, &mut made);
+        last = block;
     }
     Ok(())
 }
