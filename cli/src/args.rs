@@ -226,6 +226,10 @@ pub struct Light {
     #[arg(long, value_enum)]
     pub engine: Option<EngineArg>,
 
+    /// Error of form factors aimed at in per cent, like .1 or .1%, RMS, with --engine exact [default: .1]
+    #[arg(long, value_name = "PERCENT", value_parser = percent, allow_negative_numbers = true)]
+    pub error: Option<f64>,
+
     /// Where hemicubes are made [default: cpu]
     #[arg(long, value_enum)]
     pub device: Option<DeviceArg>,
@@ -373,6 +377,8 @@ pub enum Exposure {
 pub enum EngineArg {
     /// Rays from all over a patch, and direct light apart: fast, and right at contacts
     Rays,
+    /// Each pair in closed form, times its visible share: for matrices, and as a reference
+    Exact,
     /// A whole row at once from an item buffer
     Hemicube,
     /// One visibility ray a pair against every patch: the paper's baseline, slow
@@ -496,6 +502,19 @@ fn exposure(text: &str) -> Result<Exposure, String> {
     match text.parse() {
         Ok(stops) if (-100.0..=100.0).contains(&stops) => Ok(Exposure::Stops(stops)),
         _ => Err(format!("'{text}' is neither auto nor a number of stops from -100 to 100")),
+    }
+}
+
+/// Per cent, with or without the sign, as a share of 1.
+pub fn percent(text: &str) -> Result<f64, String> {
+    /// Below it are the limits of single precision.
+    const LEAST: f64 = 1e-4;
+    match text.trim().trim_end_matches('%').trim_end().parse::<f64>() {
+        Ok(percent) if (LEAST..=100.0).contains(&percent) => Ok(percent / 100.0),
+        _ => Err(format!(
+            "'{text}' is not an error in per cent from {LEAST} to 100; write it like .1 or .1%, which both \
+             mean one in a thousand"
+        )),
     }
 }
 

@@ -6,7 +6,9 @@ use std::time::Instant;
 use clap::ValueEnum;
 use hemicube::direct::ApartOptions;
 use hemicube::export::{can_write, read_npz, write_png, write_whole};
-use hemicube::form_factors::{Draw, EngineError, FormFactors, HemicubeOptions, RaysOptions};
+use hemicube::form_factors::{
+    Draw, EngineError, ExactOptions, FormFactors, HemicubeOptions, RaysOptions,
+};
 use hemicube::patches::Patches;
 use hemicube::progress::Progress;
 use hemicube::refine::factor::RefineError;
@@ -192,6 +194,7 @@ fn stored(
         ("--max-factor", args.max_factor.is_some()),
         ("--cluster", args.cluster != ClusterArg::Auto),
         ("--engine", args.engine.is_some()),
+        ("--error", args.error.is_some()),
         ("--device", args.device.is_some()),
         ("--resolution", args.resolution.is_some()),
         ("--draw", args.draw.is_some()),
@@ -213,18 +216,35 @@ pub fn engine_of(args: &Light) -> Result<EngineOptions, Failure> {
         ("--resolution", args.resolution.is_some()),
         ("--draw", args.draw.is_some()),
     ];
-    let rays = [("--samples", args.samples.is_some()), ("--seed", args.seed.is_some())];
+    let samples = [("--samples", args.samples.is_some())];
+    let seed = [("--seed", args.seed.is_some())];
+    let error = [("--error", args.error.is_some())];
     let unused: &[&[(&str, bool)]] = match engine {
-        EngineArg::Rays => &[&hemicubes],
-        EngineArg::Hemicube => &[&rays],
-        EngineArg::Classical => &[&hemicubes, &rays],
+        EngineArg::Rays => &[&hemicubes, &error],
+        EngineArg::Exact => &[&hemicubes, &samples],
+        EngineArg::Hemicube => &[&samples, &seed, &error],
+        EngineArg::Classical => &[&hemicubes, &samples, &seed, &error],
     };
     if let Some((flag, _)) = unused.iter().flat_map(|flags| *flags).find(|f| f.1) {
         let name = engine.to_possible_value();
         let name = name.as_ref().map_or("", |n| n.get_name());
-        return Err(Failure::Input(format!("{flag} is not used by --engine {name}; leave it out")));
+        let user = match *flag {
+            "--samples" => "rays",
+            "--seed" | "--error" => "exact",
+            _ => "hemicube",
+        };
+        return Err(Failure::Input(format!(
+            "{flag} is not used by --engine {name}; leave it out, or use --engine {user}"
+        )));
     }
     match engine {
+        EngineArg::Exact => {
+            let default = ExactOptions::default();
+            return Ok(EngineOptions::Exact(ExactOptions {
+                error: args.error.unwrap_or(default.error),
+                seed: args.seed.unwrap_or(default.seed),
+            }));
+        }
         EngineArg::Classical => return Ok(EngineOptions::Classical),
         EngineArg::Rays => {
             let seed = args.seed.unwrap_or_default();
