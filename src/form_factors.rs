@@ -39,4 +39,4 @@ pub use stored::{
     entry_bytes,
 };
 pub use threshold::drop_below;
-pub use whole::assemble_whole;
+pub use whole::{assemble_shares, assemble_whole};

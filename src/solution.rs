@@ -539,7 +539,7 @@ fn check_memory(
 const RECIPROCITY_ROWS: usize = 64;
 
 /// The account of all rows.
-pub(crate) fn rows_report(factors: &FormFactors, areas: &[f64]) -> RowsReport {
+fn rows_report(factors: &FormFactors, areas: &[f64]) -> RowsReport {
     let n = factors.len();
     let with_row: Vec<PatchId> =
         (0..n as u32).map(PatchId).filter(|&i| factors.has_row(i)).collect();

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::{Block, FormFactors, entry_bytes};
 use crate::form_factors::Weights;
-use crate::form_factors::rows::SinkError;
+use crate::form_factors::rows::{Row, SinkError};
 use crate::patches::PatchId;
 
 /// The columns of a row and its weights.
@@ -42,13 +42,31 @@ impl FormFactors {
 
     /// All rows by patch, as in [`rows_mut`](Self::rows_mut).
     pub(crate) fn shares(&self) -> Vec<(&[u32], &[f32])> {
+        (0..self.len() as u32).map(|i| self.share(PatchId(i))).collect()
+    }
+
+    /// A patch's row, likewise.
+    pub(crate) fn share(&self, id: PatchId) -> (&[u32], &[f32]) {
         let row = |&(block, row): &(u32, u32)| {
             let block = &self.blocks[block as usize];
             let range = block.starts[row as usize]..block.starts[row as usize + 1];
             let Weights::Each(weights) = &block.weights else { return None };
             Some((&block.columns[range.clone()], &weights[range]))
         };
-        self.place.iter().map(|p| p.as_ref().and_then(row).unwrap_or_default()).collect()
+        self.place[id.index()].as_ref().and_then(row).unwrap_or_default()
+    }
+
+    /// A patch's row to be handed on, likewise.
+    pub(crate) fn row_of_shares(&self, id: PatchId) -> Row {
+        let ((columns, weights), account) = (self.share(id), self.account(id));
+        Row {
+            columns: columns.to_vec(),
+            weights: Weights::Each(weights.to_vec()),
+            half: 0,
+            environment: account.environment,
+            back: account.back,
+            lost: account.lost,
+        }
     }
 
     /// Makes every row anew, block by block: `write` appends what becomes of a row's columns and
