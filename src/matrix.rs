@@ -18,16 +18,14 @@ use std::io;
 use glam::DVec3;
 use thiserror::Error;
 
-pub use held::Shelf;
 use held::Held;
+pub use held::Shelf;
 pub use layout::{Face, Layout};
 pub use lumped::Lumped;
 pub use making::Forecast;
 use making::{Made, Maker, NOT_CLOSED, TO_A_FILE, sink_failure};
 use names::{Names, name_of};
-pub use report::{
-    ClosureReport, LostReport, MatrixReport, NamedRow, PairsReport, ThresholdReport,
-};
+pub use report::{ClosureReport, LostReport, MatrixReport, NamedRow, PairsReport, ThresholdReport};
 pub use stored::{Origin, Stored, StoredError, hexadecimal};
 
 use crate::form_factors::{AssembleError, RowAccount, close, drop_below};
@@ -214,13 +212,16 @@ pub fn make(
     make_where(geometry, options, &mut |_| Ok(None), progress)
 }
 
+/// Where a matrix goes that will be like this.
+pub type Choice<'a> = &'a mut dyn FnMut(&Forecast) -> Result<Option<Box<dyn Shelf>>, String>;
+
 /// Makes the matrix of a model where `shelf` says, which hears beforehand what it will be like: in
 /// memory (`None`) or on a [`Shelf`]. The entries are the same. An error of it, in words for the user,
 /// ends the work. A matrix that is to be closed has to be in memory.
 pub fn make_where(
     geometry: &Geometry,
     options: &MatrixOptions,
-    shelf: &mut dyn FnMut(&Forecast) -> Result<Option<Box<dyn Shelf>>, String>,
+    shelf: Choice<'_>,
     progress: &dyn Progress,
 ) -> Result<Matrix, MatrixError> {
     if options.enclosure && options.engine == EngineOptions::Classical {
@@ -240,7 +241,8 @@ pub fn make_where(
     clock.lap("forecast");
     let shelf = shelf(&forecast).map_err(MatrixError::Unwanted)?;
     let to_a_shelf = shelf.is_some();
-    if !forecast.fits() && (options.enclosure || !to_a_shelf) || to_a_shelf && options.enclosure {
+    let refused = if to_a_shelf { options.enclosure } else { !forecast.fits() };
+    if refused {
         return Err(MatrixError::Memory {
             rows: patches.len(),
             needed: forecast.whole,

@@ -94,7 +94,9 @@ mod tests {
         spill.take(&[PatchId(2)], &[row(&[0, 7], &[0.25, 1e-30])]).unwrap();
         spill.take(&[PatchId(0), PatchId(1)], &[row(&[], &[]), row(&[3], &[0.5])]).unwrap();
         let (mut columns, mut values) = (vec![9], vec![9.0]);
-        for (id, expected) in [(0, (vec![], vec![])), (1, (vec![3], vec![0.5])), (9, Default::default())] {
+        for (id, expected) in
+            [(0, (vec![], vec![])), (1, (vec![3], vec![0.5])), (9, Default::default())]
+        {
             spill.read(PatchId(id), &mut columns, &mut values).unwrap();
             assert_eq!((columns.clone(), values.clone()), expected);
         }

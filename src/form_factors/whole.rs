@@ -109,10 +109,8 @@ mod tests {
             row(&[0, 2], Weights::Each(vec![0.125, 0.5])),
         ];
         let mut factors = FormFactors::new(3, 1 << 10);
-        let mut whole = Whole {
-            sink: &mut factors,
-            shares: Shares { tallies: Mutex::default(), patches: 3 },
-        };
+        let mut whole =
+            Whole { sink: &mut factors, shares: Shares { tallies: Mutex::default(), patches: 3 } };
         whole.take(&[PatchId(0), PatchId(1), PatchId(2)], &rows).unwrap();
         let shares = factors.shares();
         assert_eq!(shares[0], (&[0, 1, 2][..], &[0.125, 0.125, 0.5][..]));

@@ -142,7 +142,8 @@ impl<'a> Maker<'a> {
         let n = patches.len();
         let before = self.counts();
         let entries_bytes = ENTRY_BYTES * forecast.entries;
-        let limit = options.memory - forecast.whole.saturating_sub(entries_bytes).min(options.memory);
+        let limit =
+            options.memory - forecast.whole.saturating_sub(entries_bytes).min(options.memory);
         progress.stage("form factors", n as u64);
         let failed = |e: AssembleError| match e {
             AssembleError::Cancelled => MatrixError::Cancelled,
@@ -182,8 +183,17 @@ impl<'a> Maker<'a> {
             partly_hidden: after[1] - before[1],
             shadow_rays: after[2] - before[2],
         });
-        let (sums, covered) = (std::mem::take(&mut ledger.sums), std::mem::take(&mut ledger.covered));
-        Ok(Made { held, sums, covered, restored, pairs, account: ledger.report(), lost: ledger.lost() })
+        let (sums, covered) =
+            (std::mem::take(&mut ledger.sums), std::mem::take(&mut ledger.covered));
+        Ok(Made {
+            held,
+            sums,
+            covered,
+            restored,
+            pairs,
+            account: ledger.report(),
+            lost: ledger.lost(),
+        })
     }
 }
 
@@ -238,8 +248,7 @@ impl RowSink for Bands<'_, '_> {
 pub(super) const FEWER: &str = "allow more with --memory, or use fewer patches";
 
 /// The same where it could go to a file.
-pub(super) const TO_A_FILE: &str =
-    "allow more with --memory, use fewer patches, or write them to a file with -o, which need not fit";
+pub(super) const TO_A_FILE: &str = "allow more with --memory, use fewer patches, or write them to a file with -o, which need not fit";
 
 /// The same where it is to be closed.
 pub(super) const NOT_CLOSED: &str = "--enclosure needs them all in memory: allow more with --memory, use fewer \

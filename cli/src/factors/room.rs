@@ -73,9 +73,7 @@ fn file_bytes(args: &Factors, format: Format, forecast: &Forecast) -> u64 {
         Format::Npz => entries.saturating_mul(number + 2),
         Format::Npy => all.saturating_mul(number),
         // Row and column go before the digits.
-        Format::Mtx => {
-            entries.saturating_mul(digits + 2 * (u64::from(n.max(1).ilog10()) + 2))
-        }
+        Format::Mtx => entries.saturating_mul(digits + 2 * (u64::from(n.max(1).ilog10()) + 2)),
         // A zero takes two bytes.
         Format::Csv | Format::Stdout => {
             entries.saturating_mul(digits).saturating_add(2 * all.saturating_sub(entries))

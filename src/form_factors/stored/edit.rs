@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::{Block, FormFactors, entry_bytes};
+use super::{Block, FormFactors, Part, RowAccount, entry_bytes};
 use crate::form_factors::Weights;
 use crate::form_factors::rows::{Row, SinkError};
 use crate::patches::PatchId;
@@ -13,6 +13,31 @@ use crate::patches::PatchId;
 pub(crate) type RowMut<'a> = (&'a [u32], &'a mut [f32]);
 
 impl FormFactors {
+    /// The rows of some of `patches` patches, in at most `limit` bytes: which, and what each holds beside
+    /// its entries; where in `columns` and `weights` each begins, and where the last ends. Takes the
+    /// memory that these have.
+    pub(crate) fn of_shares(
+        patches: usize,
+        limit: u64,
+        (ids, accounts): (&[PatchId], &[RowAccount]),
+        starts: Vec<usize>,
+        columns: Vec<u32>,
+        weights: Vec<f32>,
+    ) -> Result<Self, SinkError> {
+        let mut me = Self::new(patches, limit);
+        for (row, (id, account)) in (0..).zip(ids.iter().zip(accounts)) {
+            me.place[id.index()] = Some((0, row));
+            me.accounts[id.index()] = *account;
+        }
+        let weights = Weights::Each(weights);
+        me.entries = columns.len() as u64;
+        me.bytes = me.entries * entry_bytes(&weights);
+        me.part = Part::All;
+        me.blocks.push(Arc::new(Block { starts, halves: Vec::new(), columns, weights }));
+        me.within_limit(0)?;
+        Ok(me)
+    }
+
     /// All rows by patch, their weights to be changed; patches without a row have an empty one, as have
     /// those whose weights are not [`Weights::Each`].
     pub(crate) fn rows_mut(&mut self) -> Vec<RowMut<'_>> {
