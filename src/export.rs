@@ -5,6 +5,7 @@ mod mtx;
 mod npy;
 mod npz;
 mod png;
+mod spill;
 
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
@@ -18,6 +19,7 @@ pub use npy::write_npy;
 pub use npz::read::{ReadError, read_npz};
 pub use npz::write_npz;
 pub use png::write_png;
+pub use spill::Spill;
 
 /// Why a file was not written.
 #[derive(Debug, Error)]
@@ -48,10 +50,14 @@ pub fn can_write(path: &Path) -> Result<(), ExportError> {
     temporary(path).map(|_| ())
 }
 
+/// The folder that a file lies in.
+fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
 /// An unnamed place beside `path`. Errors speak of `path` alone.
 fn temporary(path: &Path) -> Result<tempfile::NamedTempFile, ExportError> {
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    tempfile::NamedTempFile::new_in(folder)
+    tempfile::NamedTempFile::new_in(folder_of(path))
         .map_err(|e| ExportError::Io { path: path.to_path_buf(), source: e.kind().into() })
 }
 

@@ -35,7 +35,8 @@ pub use lit::assemble_lit;
 pub use rays::{Rays, RaysOptions};
 pub use rows::{Engine, EngineError, Row, RowSink, SinkError, Weights};
 pub use stored::{
-    AssembleError, BLOCK, FormFactors, Merger, RowAccount, Values, assemble, entry_bytes,
+    AssembleError, BLOCK, FormFactors, Merger, ROWS_AT_ONCE, RowAccount, Values, assemble,
+    entry_bytes,
 };
 pub use threshold::drop_below;
-pub use whole::assemble_whole;
+pub use whole::{assemble_shares, assemble_whole};

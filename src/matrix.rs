@@ -4,29 +4,35 @@
 //! entry a pair, drops tiny ones and closes enclosures if that is wanted; [`Lumped`] adds patches up to
 //! named surfaces. `export` writes either.
 
+mod held;
 mod layout;
+mod ledger;
 mod lumped;
+mod making;
 mod names;
 mod report;
 mod stored;
 
+use std::io;
+
 use glam::DVec3;
 use thiserror::Error;
 
+use held::Held;
+pub use held::Shelf;
 pub use layout::{Face, Layout};
 pub use lumped::Lumped;
+pub use making::Forecast;
+use making::{Made, Maker, NOT_CLOSED, TO_A_FILE, sink_failure};
 use names::{Names, name_of};
-pub use report::{ClosureReport, MatrixReport, NamedRow, ThresholdReport};
+pub use report::{ClosureReport, LostReport, MatrixReport, NamedRow, PairsReport, ThresholdReport};
 pub use stored::{Origin, Stored, StoredError, hexadecimal};
 
-use crate::form_factors::{
-    AssembleError, BLOCK, Engine, EngineError, FormFactors, Row, RowAccount, SinkError,
-    assemble_whole, close, drop_below,
-};
-use crate::patches::{PatchId, Patches, PatchesError};
+use crate::form_factors::{AssembleError, RowAccount, close, drop_below};
+use crate::patches::{Patches, PatchesError};
 use crate::progress::Progress;
 use crate::scene::{Geometry, Part, Side};
-use crate::solution::{Clock, EngineOptions, LightError, amount, rows_report};
+use crate::solution::{Clock, EngineOptions, LightError, amount};
 use crate::visibility::{Bvh, COVERED, looks_inside_out, uncover};
 
 /// How a matrix is made.
@@ -73,12 +79,12 @@ pub enum MatrixError {
     Stalled(String),
     /// The engine does not say what escapes.
     #[error(
-        "--enclosure: --engine classical does not know what escapes; use --engine hemicube or rays"
+        "--enclosure: --engine classical does not know what escapes; use --engine exact, hemicube or rays"
     )]
     NoAccount,
     /// It does not fit in memory.
     #[error(
-        "the form factors of {rows} patches take about {}, {} are allowed; allow more with --memory, or use fewer patches", amount(*needed), amount(*allowed)
+        "the form factors of {rows} patches take about {}, {} are allowed; {remedy}", amount(*needed), amount(*allowed)
     )]
     Memory {
         /// Number of patches.
@@ -87,7 +93,15 @@ pub enum MatrixError {
         needed: u64,
         /// What is allowed in bytes.
         allowed: u64,
+        /// What to do about it.
+        remedy: &'static str,
     },
+    /// The caller found out from the [`Forecast`] that it does not want it.
+    #[error("{0}")]
+    Unwanted(String),
+    /// The shelf that the caller gave failed.
+    #[error(transparent)]
+    Shelf(io::Error),
     /// The caller cancelled.
     #[error("cancelled")]
     Cancelled,
@@ -118,8 +132,9 @@ pub trait Rows: Sync {
     /// How exactly entries are known.
     fn precision(&self) -> Precision;
 
-    /// Replaces `columns`, ascending, and `values` by those of row `i`.
-    fn row(&self, i: usize, columns: &mut Vec<u32>, values: &mut Vec<f64>);
+    /// Replaces `columns`, ascending, and `values` by those of row `i`. Fails only where rows are not in
+    /// memory.
+    fn row(&self, i: usize, columns: &mut Vec<u32>, values: &mut Vec<f64>) -> io::Result<()>;
 
     /// What row `i` is called.
     fn label(&self, i: usize) -> String;
@@ -163,13 +178,13 @@ pub struct SurfaceRow {
 }
 
 /// The matrix of form factors of a model.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct Matrix {
     /// The patches.
     pub patches: Patches,
     /// Which row is which patch.
     pub layout: Layout,
-    factors: FormFactors,
+    held: Held,
     /// Sum of each patch's row as it was made.
     sums: Vec<f64>,
     /// Of each patch, what its row and its column are multiplied with.
@@ -188,10 +203,25 @@ pub fn subdivide(
     Ok(uncover(geometry, patches, bvh))
 }
 
-/// Makes the matrix of a model.
+/// Makes the matrix of a model in memory.
 pub fn make(
     geometry: &Geometry,
     options: &MatrixOptions,
+    progress: &dyn Progress,
+) -> Result<Matrix, MatrixError> {
+    make_where(geometry, options, &mut |_| Ok(None), progress)
+}
+
+/// Where a matrix goes that will be like this.
+pub type Choice<'a> = &'a mut dyn FnMut(&Forecast) -> Result<Option<Box<dyn Shelf>>, String>;
+
+/// Makes the matrix of a model where `shelf` says, which hears beforehand what it will be like: in
+/// memory (`None`) or on a [`Shelf`]. The entries are the same. An error of it, in words for the user,
+/// ends the work. A matrix that is to be closed has to be in memory.
+pub fn make_where(
+    geometry: &Geometry,
+    options: &MatrixOptions,
+    shelf: Choice<'_>,
     progress: &dyn Progress,
 ) -> Result<Matrix, MatrixError> {
     if options.enclosure && options.engine == EngineOptions::Classical {
@@ -205,14 +235,28 @@ pub fn make(
     let patches = subdivide(geometry, &bvh, options.patch_size)?;
     let layout = Layout::new(geometry, &patches);
     clock.lap("subdivide");
-    let (mut factors, engine) = whole(geometry, &patches, &bvh, options, progress)?;
+    let mut maker = Maker::new(geometry, &patches, &bvh, options)?;
+    let engine = maker.report(&options.engine);
+    let forecast = maker.forecast(&patches, layout.len(), options.memory)?;
+    clock.lap("forecast");
+    let shelf = shelf(&forecast).map_err(MatrixError::Unwanted)?;
+    let to_a_shelf = shelf.is_some();
+    let refused = if to_a_shelf { options.enclosure } else { !forecast.fits() };
+    if refused {
+        return Err(MatrixError::Memory {
+            rows: patches.len(),
+            needed: forecast.whole,
+            allowed: options.memory,
+            remedy: if options.enclosure { NOT_CLOSED } else { TO_A_FILE },
+        });
+    }
+    let areas: Vec<f64> = patches.ids().map(|i| patches.area(i)).collect();
+    let made = maker.make(&patches, options, &forecast, shelf, &areas, progress)?;
+    drop(maker);
     clock.lap("form factors");
 
-    let areas: Vec<f64> = patches.ids().map(|i| patches.area(i)).collect();
-    let rows = rows_report(&factors, &areas);
-    let sums = patches.ids().map(|i| factors.row_sum(i)).collect();
+    let Made { mut held, sums, covered, restored, pairs, account, lost } = made;
     let named = Names { geometry, patches: &patches, layout: &layout };
-    let covered = patches.ids().filter(|&i| factors.account(i).back > COVERED);
     let count = |part: Part| geometry.part.iter().filter(|&&p| p == part).count();
     let mut report = MatrixReport {
         source_triangles: geometry.len(),
@@ -223,94 +267,38 @@ pub fn make(
         two_sided: layout.faces.iter().any(|f| f.side == Side::Back),
         patch_size: options.patch_size,
         engine: Some(engine),
-        account: Some(rows),
-        covered: covered.map(|i| named.row(i, factors.account(i).back)).collect(),
+        account: Some(account),
+        lost: lost.map(|(mean, (id, worst))| LostReport { mean, worst: named.row(id, worst) }),
+        pairs,
+        covered: covered.into_iter().map(|i| named.row(i, held.account(i).back)).collect(),
+        through_a_file: to_a_shelf,
         ..MatrixReport::default()
     };
-    let made = factors.entries();
-    let too_large = |e| too_large(e, patches.len(), options.memory);
-    let mut scales = None;
-    if options.enclosure {
-        progress.stage("closure", 0);
-        let closure = close(&mut factors, &areas, options.threshold, progress)
-            .map_err(|e| named.failure(e, too_large))?;
-        clock.lap("closure");
-        report.closure = Some(named.closure(&closure));
-        scales = Some([closure.left, closure.right]);
-    } else if options.threshold > 0.0 {
-        let restored = drop_below(&mut factors, options.threshold).map_err(too_large)?;
-        clock.lap("threshold");
-        scales = Some([restored, vec![1.0; patches.len()]]);
+    let too_large = |e| sink_failure(e, patches.len(), options);
+    let mut scales = restored
+        .filter(|_| options.threshold > 0.0)
+        .map(|restored| [restored, vec![1.0; patches.len()]]);
+    if let Held::Memory(factors) = &mut held {
+        if options.enclosure {
+            progress.stage("closure", 0);
+            let closure = close(factors, &areas, options.threshold, progress)
+                .map_err(|e| named.failure(e, too_large))?;
+            clock.lap("closure");
+            report.closure = Some(named.closure(&closure));
+            scales = Some([closure.left, closure.right]);
+        } else if options.threshold > 0.0 {
+            let restored = drop_below(factors, options.threshold).map_err(too_large)?;
+            clock.lap("threshold");
+            scales = Some([restored, vec![1.0; patches.len()]]);
+        }
     }
     report.threshold = (options.threshold > 0.0).then(|| ThresholdReport {
         below: options.threshold,
-        dropped: made.saturating_sub(factors.entries()),
+        dropped: account.entries.saturating_sub(held.entries()),
     });
-    report.entries = factors.entries();
+    report.entries = held.entries();
     report.stages = clock.stages;
-    Ok(Matrix { patches, layout, factors, sums, scales, report })
-}
-
-/// The one place where the rows of a whole matrix come from: all patches, one entry a pair.
-fn whole(
-    geometry: &Geometry,
-    patches: &Patches,
-    bvh: &Bvh,
-    options: &MatrixOptions,
-    progress: &dyn Progress,
-) -> Result<(FormFactors, crate::report::EngineReport), MatrixError> {
-    let mut engine = options.engine.engine(geometry, patches, bvh, options.memory)?;
-    let report = options.engine.report(&*engine);
-    let room = room_for_rows(&mut *engine, patches, options.memory)?;
-    progress.stage("form factors", patches.len() as u64);
-    let factors = assemble_whole(&mut *engine, patches, room, progress).map_err(|e| match e {
-        AssembleError::Cancelled => MatrixError::Cancelled,
-        AssembleError::Sink(e) => too_large(e, patches.len(), options.memory),
-        e => MatrixError::Assemble(e),
-    })?;
-    Ok((factors, report))
-}
-
-/// What the rows may take of the memory allowed, in bytes; refuses what a sample of rows foretells not
-/// to fit.
-fn room_for_rows(
-    engine: &mut dyn Engine,
-    patches: &Patches,
-    allowed: u64,
-) -> Result<u64, MatrixError> {
-    /// Rows made beforehand to learn how many entries a row has.
-    const SAMPLE: usize = 32;
-    /// Bytes a patch takes beside its row: cells, areas, scales.
-    const PATCH_BYTES: u64 = 400;
-    /// Bytes of an entry.
-    const ENTRY_BYTES: u64 = 8;
-    let rows = patches.len();
-    let step = rows.div_ceil(SAMPLE).max(1);
-    let ids: Vec<PatchId> = patches.ids().step_by(step).collect();
-    let mut made = vec![Row::default(); ids.len()];
-    engine.fill(&ids, &mut made).map_err(|e: EngineError| MatrixError::Assemble(e.into()))?;
-    let listed: usize = made.iter().map(|row| row.columns.len()).sum();
-    let distinct = |row: &mut Row| {
-        row.columns.sort_unstable();
-        row.columns.dedup();
-        row.columns.len()
-    };
-    let kept: usize = made.iter_mut().map(distinct).sum();
-    let bytes = |entries: usize, rows: usize| {
-        (ENTRY_BYTES as f64 * entries as f64 * rows as f64 / ids.len().max(1) as f64) as u64
-    };
-    // A block is there as it was made and as it is kept.
-    let under_way = bytes(listed + 2 * kept, BLOCK.min(rows));
-    let beside = PATCH_BYTES * rows as u64 + engine.bytes(rows) + under_way;
-    let needed = beside + bytes(kept, rows);
-    if needed > allowed {
-        return Err(MatrixError::Memory { rows, needed, allowed });
-    }
-    Ok(allowed - beside)
-}
-
-fn too_large(_: SinkError, rows: usize, allowed: u64) -> MatrixError {
-    MatrixError::Memory { rows, needed: allowed, allowed }
+    Ok(Matrix { patches, layout, held, sums, scales, report })
 }
 
 impl Matrix {
@@ -343,7 +331,7 @@ impl Matrix {
     /// What row `i` held beside its entries when it was made.
     #[must_use]
     pub fn account(&self, i: usize) -> RowAccount {
-        let account = |p| self.factors.account(p);
+        let account = |p| self.held.account(p);
         self.layout.faces[i].patch.map_or(RowAccount::default(), account)
     }
 
@@ -379,26 +367,29 @@ impl Rows for Matrix {
     }
 
     fn entries(&self) -> u64 {
-        self.factors.entries()
+        self.held.entries()
     }
 
     fn precision(&self) -> Precision {
         if self.scales.is_some() { Precision::Double } else { Precision::Single }
     }
 
-    fn row(&self, i: usize, columns: &mut Vec<u32>, values: &mut Vec<f64>) {
+    fn row(&self, i: usize, columns: &mut Vec<u32>, values: &mut Vec<f64>) -> io::Result<()> {
         columns.clear();
         values.clear();
-        let Some(patch) = self.layout.faces[i].patch else { return };
-        let Some(row) = self.factors.row(patch) else { return };
-        columns.extend(row.columns.iter().map(|&j| self.layout.row_of(j)));
-        match &self.scales {
-            None => values.extend(row.entries().map(|e| e.1)),
-            Some([left, right]) => {
-                let left = left[patch.index()];
-                values.extend(row.entries().map(|(j, f)| left * f * right[j.index()]));
+        let Some(patch) = self.layout.faces[i].patch else { return Ok(()) };
+        self.held.row(patch, |patches, factors| {
+            columns.extend(patches.iter().map(|&j| self.layout.row_of(j)));
+            let factors = factors.iter().map(|&f| f64::from(f));
+            match &self.scales {
+                None => values.extend(factors),
+                Some([left, right]) => {
+                    let left = left[patch.index()];
+                    let scaled = patches.iter().zip(factors);
+                    values.extend(scaled.map(|(&j, f)| left * f * right[j as usize]));
+                }
             }
-        }
+        })
     }
 
     fn label(&self, i: usize) -> String {

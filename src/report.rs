@@ -61,6 +61,8 @@ pub struct EngineReport {
     pub draw: Option<&'static str>,
     /// Rays a row.
     pub samples: Option<usize>,
+    /// RMS error of form factors aimed at, as a share of their RMS.
+    pub error: Option<f64>,
 }
 
 /// Account of all rows.

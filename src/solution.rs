@@ -8,7 +8,8 @@ use thiserror::Error;
 use crate::direct::{self, ApartOptions, DirectLight};
 use crate::form_factors::{
     AssembleError, Classical, Draw, Engine, EngineError, Exact, ExactOptions, FormFactors,
-    Hemicube, HemicubeError, HemicubeOptions, Rays, RaysOptions, Row, assemble_lit, entry_bytes,
+    Hemicube, HemicubeError, HemicubeOptions, ROWS_AT_ONCE, Rays, RaysOptions, Row, assemble_lit,
+    entry_bytes,
 };
 #[cfg(feature = "gpu")]
 use crate::form_factors::{GpuError, HemicubeGpu};
@@ -120,6 +121,10 @@ impl EngineOptions {
         EngineReport {
             samples: match self {
                 Self::Rays { rows, .. } => Some(rows.samples),
+                _ => None,
+            },
+            error: match self {
+                Self::Exact(options) => Some(options.error),
                 _ => None,
             },
             name: engine.name(),
@@ -285,17 +290,23 @@ pub fn light(
         }
     };
     drop(engine);
-    let sampled = matches!(options.engine, EngineOptions::Rays { .. });
+    let all_over = matches!(options.engine, EngineOptions::Rays { .. } | EngineOptions::Exact(_));
     let (patches, made) = match refined {
         // Rows from the centres of patches serve every mesh that has the same centres; rows from all
         // over a patch do not.
-        Some(refined) => (refined.patches, (!sampled).then_some(refined.factors)),
+        Some(refined) => (refined.patches, (!all_over).then_some(refined.factors)),
         None => (finest, None),
     };
     let lamps = direct::from_lamps(scene, &patches, &bvh);
-    let factors = match made {
-        Some(factors) => factors,
-        None => {
+    let factors = match (made, options.engine) {
+        (Some(factors), _) => factors,
+        // Each pair once is faster than rows of the lit sides alone: sides that face emptiness or
+        // their neighbours in the dark cost little.
+        (None, EngineOptions::Exact(exact)) => {
+            progress.stage("form factors", patches.len() as u64);
+            Exact::new(geometry, &patches, &bvh, exact).matrix(options.memory, progress)?
+        }
+        (None, _) => {
             let mut engine = options.engine.engine(geometry, &patches, &bvh, options.memory)?;
             let lit = |i: PatchId| lamps[i.index()].max_element() > 0.0;
             lit_rows(scene, &patches, lit, &mut *engine, options.memory, progress)?
@@ -322,8 +333,14 @@ pub fn light_by(
     let bvh = Bvh::new(&scene.geometry);
     let lamps = direct::from_lamps(scene, &patches, &bvh);
     let patch_size = patches.ids().map(|i| patches.area(i)).fold(0.0, f64::max);
-    let engine =
-        EngineReport { name: "stored", device: None, resolution: None, draw: None, samples: None };
+    let engine = EngineReport {
+        name: "stored",
+        device: None,
+        resolution: None,
+        draw: None,
+        samples: None,
+        error: None,
+    };
     let made = Made { patches, factors, bvh, apart: None, patch_size, engine };
     lit_by(scene, made, &lamps, options, clock, progress)
 }
@@ -480,7 +497,7 @@ fn check_memory(
     let rows_bytes = bytes as f64 / ids.len().max(1) as f64 * n as f64;
     /// Bytes a patch takes beside its row: cells, areas, vectors of the solver, the field.
     const PATCH_BYTES: f64 = 400.0;
-    let needed = rows_bytes + PATCH_BYTES * n as f64 + engine.bytes(n) as f64;
+    let needed = rows_bytes + PATCH_BYTES * n as f64 + engine.bytes(n.min(ROWS_AT_ONCE)) as f64;
     if needed <= allowed as f64 {
         return Ok(());
     }
@@ -501,7 +518,7 @@ fn check_memory(
 const RECIPROCITY_ROWS: usize = 64;
 
 /// The account of all rows.
-pub(crate) fn rows_report(factors: &FormFactors, areas: &[f64]) -> RowsReport {
+fn rows_report(factors: &FormFactors, areas: &[f64]) -> RowsReport {
     let n = factors.len();
     let with_row: Vec<PatchId> =
         (0..n as u32).map(PatchId).filter(|&i| factors.has_row(i)).collect();

@@ -1,5 +1,7 @@
 //! `hemicube factors`: the matrix of form factors of a model.
 
+mod room;
+
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -9,7 +11,7 @@ use hemicube::export::{
     write_whole,
 };
 use hemicube::matrix::{
-    Lumped, Matrix, MatrixError, MatrixOptions, MatrixReport, NamedRow, Origin, Rows, make,
+    Lumped, Matrix, MatrixError, MatrixOptions, MatrixReport, NamedRow, Origin, Rows, make_where,
 };
 use hemicube::progress::Progress;
 use hemicube::report::Stage;
@@ -42,13 +44,15 @@ pub fn run(args: &Factors) -> Result<(), Failure> {
         memory: args.memory.unwrap_or_else(machine::available_memory),
     };
     let bar = Bar::new(args.quiet);
-    let mut matrix =
-        make(&scene.geometry, &options, &bar).map_err(|e| failure_of(&args.model.scene, e))?;
+    let mut shelf = |forecast: &_| room::shelf(args, format, forecast);
+    let mut matrix = make_where(&scene.geometry, &options, &mut shelf, &bar)
+        .map_err(|e| failure_of(&args.model.scene, e))?;
     matrix.report.scene.clone_from(&scene.name);
     let start = Instant::now();
     let mut origin = matrix.origin(&scene.geometry);
     matrix.report.fingerprint.clone_from(&origin.fingerprint);
-    let lumped = args.group.then(|| Lumped::new(&matrix, &scene.geometry));
+    let lumped = args.group.then(|| Lumped::new(&matrix, &scene.geometry)).transpose();
+    let lumped = lumped.map_err(Failure::failed)?;
     matrix.report.groups = lumped.as_ref().map(Rows::len);
     origin.lumped = args.group;
     match &lumped {
@@ -156,7 +160,10 @@ fn failure_of(scene: &str, error: MatrixError) -> Failure {
     match error {
         MatrixError::Cancelled => Failure::Cancelled,
         MatrixError::Assemble(e) => Failure::failed(e),
-        MatrixError::Engine(_) | MatrixError::NoAccount => Failure::input(error),
+        MatrixError::Shelf(e) => Failure::failed(e),
+        MatrixError::Engine(_) | MatrixError::NoAccount | MatrixError::Unwanted(_) => {
+            Failure::input(error)
+        }
         e => Failure::Input(format!("{scene}: {e}")),
     }
 }
@@ -182,16 +189,30 @@ fn say_report(matrix: &Matrix, verbose: bool) {
     say(&line);
     if let Some(a) = r.account {
         say(&format!(
-            "rows: on average {:.5} to faces, {:.5} to the environment, {:.5} to backs, {:.1e} lost{}",
+            "rows: on average {:.5} to faces, {:.5} to the environment, {:.5} to backs{}",
             a.entries_share,
             a.environment,
             a.back,
-            a.lost,
-            a.reciprocity_rms.map_or(String::new(), |rms| format!(
-                "; reciprocity error {:.2} % RMS",
-                100.0 * rms
-            ))
+            a.reciprocity_rms.map_or(String::new(), reciprocity)
         ));
+    }
+    if let Some(lost) = &r.lost {
+        say(&format!(
+            "rows: what is missing to 1 is {:.1e} on average, at most {:+.1e} (row {} of {})",
+            lost.mean, lost.worst.value, lost.worst.row, lost.worst.surface
+        ));
+    }
+    if let Some(p) = r.pairs {
+        say(&format!(
+            "pairs: {} evaluated, {} of them with something in between ({:.1} %), {} shadow rays",
+            p.evaluated,
+            p.partly_hidden,
+            100.0 * p.partly_hidden as f64 / p.evaluated.max(1) as f64,
+            p.shadow_rays
+        ));
+    }
+    if r.through_a_file {
+        say("memory: rows went through a temporary file, as all do not fit (--memory)");
     }
     name_rows("covered (most of their view is the back of something)", &r.covered, verbose);
     if let Some(t) = r.threshold {
@@ -211,6 +232,16 @@ fn say_report(matrix: &Matrix, verbose: bool) {
     }
     if verbose {
         stages(r);
+    }
+}
+
+/// How far factors of a pair are from agreeing.
+fn reciprocity(rms: f64) -> String {
+    /// Single precision leaves this much between two roundings of a number.
+    const ROUNDING: f64 = f32::EPSILON as f64;
+    match rms <= ROUNDING {
+        true => String::from("; reciprocal to the last digit stored"),
+        false => format!("; reciprocity error {:.2} % RMS", 100.0 * rms),
     }
 }
 

@@ -6,7 +6,9 @@ use std::time::Instant;
 use clap::ValueEnum;
 use hemicube::direct::ApartOptions;
 use hemicube::export::{can_write, read_npz, write_png, write_whole};
-use hemicube::form_factors::{Draw, EngineError, FormFactors, HemicubeOptions, RaysOptions};
+use hemicube::form_factors::{
+    Draw, EngineError, ExactOptions, FormFactors, HemicubeOptions, RaysOptions,
+};
 use hemicube::patches::Patches;
 use hemicube::progress::Progress;
 use hemicube::refine::factor::RefineError;
@@ -119,6 +121,7 @@ pub fn ensure_folder(path: &Path) -> Result<(), Failure> {
 /// Lights the scene as the command line says.
 pub fn lit(scene: &Scene, args: &Light, bar: &Bar) -> Result<Solution, Failure> {
     let memory = args.memory.unwrap_or_else(machine::available_memory);
+    let sampled = args.engine() == EngineArg::Rays && args.factors.is_none();
     let options = LightOptions {
         patch_size: args.patch_size,
         cluster: match args.cluster {
@@ -139,9 +142,9 @@ pub fn lit(scene: &Scene, args: &Light, bar: &Bar) -> Result<Solution, Failure> 
                 SolverChoice::Direct => Method::Direct,
             },
             memory,
-            tolerance: match args.engine() {
-                EngineArg::Rays if args.factors.is_none() => SAMPLED_TOLERANCE,
-                _ => SolveOptions::default().tolerance,
+            tolerance: match sampled {
+                true => SAMPLED_TOLERANCE,
+                false => SolveOptions::default().tolerance,
             },
             ..SolveOptions::default()
         },
@@ -153,8 +156,8 @@ pub fn lit(scene: &Scene, args: &Light, bar: &Bar) -> Result<Solution, Failure> 
             light_by(scene, patches, factors, &options, bar)
         }
         None => match args.error {
-            Some(target) => light_within(scene, &options, target, bar),
-            None => light(scene, &options, bar),
+            Some(target) if sampled => light_within(scene, &options, target, bar),
+            _ => light(scene, &options, bar),
         },
     };
     let solution = solution.map_err(|e| match e {
@@ -187,17 +190,16 @@ pub fn lit(scene: &Scene, args: &Light, bar: &Bar) -> Result<Solution, Failure> 
             }
         ));
     }
-    if let (Some(target), Some(error), false) = (args.error, solution.report.error, args.quiet) {
-        if error.total > target {
-            say(&format!(
-                "--error {}%: not reached, the best is {:.2} % (noise {:.2} %, size of patches {:.2} %); \
-                 allow a larger error, or more --memory",
-                100.0 * target,
-                100.0 * error.total,
-                100.0 * error.noise,
-                100.0 * error.refinement
-            ));
-        }
+    let missed = args.error.zip(solution.report.error).filter(|(target, e)| e.total > *target);
+    if let Some((target, error)) = missed.filter(|_| sampled && !args.quiet) {
+        say(&format!(
+            "--error {}%: not reached, the best is {:.2} % (noise {:.2} %, size of patches {:.2} %); \
+             allow a larger error, or more --memory",
+            100.0 * target,
+            100.0 * error.total,
+            100.0 * error.noise,
+            100.0 * error.refinement
+        ));
     }
     Ok(solution)
 }
@@ -214,11 +216,11 @@ fn stored(
         ("--max-factor", args.max_factor.is_some()),
         ("--cluster", args.cluster != ClusterArg::Auto),
         ("--engine", args.engine.is_some()),
+        ("--error", args.error.is_some()),
         ("--device", args.device.is_some()),
         ("--resolution", args.resolution.is_some()),
         ("--draw", args.draw.is_some()),
         ("--samples", args.samples.is_some()),
-        ("--error", args.error.is_some()),
     ];
     if let Some((flag, _)) = unused.iter().find(|f| f.1) {
         return Err(Failure::Input(format!("{flag} is not used with --factors; leave it out")));
@@ -236,22 +238,35 @@ pub fn engine_of(args: &Light) -> Result<EngineOptions, Failure> {
         ("--resolution", args.resolution.is_some()),
         ("--draw", args.draw.is_some()),
     ];
-    let rays = [
-        ("--samples", args.samples.is_some()),
-        ("--seed", args.seed.is_some()),
-        ("--error", args.error.is_some()),
-    ];
+    let samples = [("--samples", args.samples.is_some())];
+    let seed = [("--seed", args.seed.is_some())];
+    let error = [("--error", args.error.is_some())];
     let unused: &[&[(&str, bool)]] = match engine {
         EngineArg::Rays => &[&hemicubes],
-        EngineArg::Hemicube => &[&rays],
-        EngineArg::Classical => &[&hemicubes, &rays],
+        EngineArg::Exact => &[&hemicubes, &samples],
+        EngineArg::Hemicube => &[&samples, &seed, &error],
+        EngineArg::Classical => &[&hemicubes, &samples, &seed, &error],
     };
     if let Some((flag, _)) = unused.iter().flat_map(|flags| *flags).find(|f| f.1) {
         let name = engine.to_possible_value();
         let name = name.as_ref().map_or("", |n| n.get_name());
-        return Err(Failure::Input(format!("{flag} is not used by --engine {name}; leave it out")));
+        let user = match *flag {
+            "--samples" => "rays",
+            "--seed" | "--error" => "rays or exact",
+            _ => "hemicube",
+        };
+        return Err(Failure::Input(format!(
+            "{flag} is not used by --engine {name}; leave it out, or use --engine {user}"
+        )));
     }
     match engine {
+        EngineArg::Exact => {
+            let default = ExactOptions::default();
+            return Ok(EngineOptions::Exact(ExactOptions {
+                error: args.error.unwrap_or(default.error),
+                seed: args.seed.unwrap_or(default.seed),
+            }));
+        }
         EngineArg::Classical => return Ok(EngineOptions::Classical),
         EngineArg::Rays => {
             let seed = args.seed.unwrap_or_default();

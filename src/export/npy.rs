@@ -52,14 +52,15 @@ pub(super) fn encode_rows<R: Rows + ?Sized>(
     let mut blocks: Vec<Vec<u8>> = vec![Vec::new(); rayon::current_num_threads()];
     let all: Vec<usize> = (0..rows.len()).step_by(BLOCK).collect();
     for firsts in all.chunks(blocks.len()) {
-        blocks.par_iter_mut().zip(firsts).for_each(|(bytes, &first)| {
+        blocks.par_iter_mut().zip(firsts).try_for_each(|(bytes, &first)| {
             bytes.clear();
             let (mut columns, mut values) = (Vec::new(), Vec::new());
             for i in first..(first + BLOCK).min(rows.len()) {
-                rows.row(i, &mut columns, &mut values);
+                rows.row(i, &mut columns, &mut values)?;
                 encode(i, &columns, &values, bytes);
             }
-        });
+            io::Result::Ok(())
+        })?;
         for bytes in &blocks[..firsts.len()] {
             file.write_all(bytes)?;
         }

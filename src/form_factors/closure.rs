@@ -92,7 +92,7 @@ pub fn close(
     let taken: Vec<bool> = ids().map(|i| taken(&i)).collect();
     let unit = areas.iter().sum::<f64>() / areas.len().max(1) as f64;
     let sums: Vec<f64> = areas.iter().map(|a| a / unit).collect();
-    let asymmetry = exchange::symmetrise(factors, &sums, &taken)?;
+    let asymmetry = exchange::symmetrise(factors, &sums, &taken, progress)?;
     if threshold > 0.0 {
         exchange::drop_pairs(factors, &sums, threshold)?;
     }

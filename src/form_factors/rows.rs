@@ -1,6 +1,7 @@
 //! A row of the matrix, who makes it, and where it goes.
 
 use std::collections::TryReserveError;
+use std::io;
 
 use thiserror::Error;
 
@@ -206,6 +207,9 @@ pub enum SinkError {
     /// The system has no more memory.
     #[error("out of memory: {0}")]
     Allocation(#[from] TryReserveError),
+    /// Where rows are kept outside memory, that failed.
+    #[error(transparent)]
+    Shelf(io::Error),
 }
 
 /// Where rows go.

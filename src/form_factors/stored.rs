@@ -475,6 +475,9 @@ pub enum AssembleError {
 /// Rows flow from engine to sink in blocks of this many.
 pub const BLOCK: usize = 256;
 
+/// No engine has more rows than this under way at once.
+pub const ROWS_AT_ONCE: usize = 4 * BLOCK;
+
 /// Has the rows of `ids` made and handed to `sink`, in order, block by block; advances `progress` by
 /// one a row.
 pub fn assemble(

@@ -20,33 +20,47 @@ pub fn assemble_whole(
     limit: u64,
     progress: &dyn Progress,
 ) -> Result<FormFactors, AssembleError> {
+    let mut factors = FormFactors::new(patches.len(), limit);
+    assemble_shares(engine, patches, &mut factors, progress)?;
+    Ok(factors)
+}
+
+/// The same with the rows handed to `sink`, in order, block by block.
+pub fn assemble_shares(
+    engine: &mut dyn Engine,
+    patches: &Patches,
+    sink: &mut dyn RowSink,
+    progress: &dyn Progress,
+) -> Result<(), AssembleError> {
     let ids: Vec<PatchId> = patches.ids().collect();
-    let mut whole = Whole {
-        factors: FormFactors::new(patches.len(), limit),
-        tallies: Mutex::default(),
-        patches: patches.len(),
-    };
-    assemble(engine, &ids, &mut whole, progress)?;
-    Ok(whole.factors)
+    let shares = Shares { tallies: Mutex::default(), patches: patches.len() };
+    let mut whole = Whole { sink, shares };
+    assemble(engine, &ids, &mut whole, progress)
 }
 
 /// Takes rows of any form and hands them on as shares.
-struct Whole {
-    factors: FormFactors,
+struct Whole<'a> {
+    sink: &'a mut dyn RowSink,
+    shares: Shares,
+}
+
+/// Makes shares of rows of any form.
+struct Shares {
     /// Room to add up hits, for each thread.
     tallies: Mutex<Vec<Tally<u32>>>,
     patches: usize,
 }
 
-impl RowSink for Whole {
+impl RowSink for Whole<'_> {
     fn take(&mut self, ids: &[PatchId], rows: &[Row]) -> Result<(), SinkError> {
-        let shares: Vec<Row> = rows.par_iter().map(|row| self.shares(row)).collect();
-        self.factors.take(ids, &shares)
+        let shares = &self.shares;
+        let shares: Vec<Row> = rows.par_iter().map(|row| shares.of(row)).collect();
+        self.sink.take(ids, &shares)
     }
 }
 
-impl Whole {
-    fn shares(&self, row: &Row) -> Row {
+impl Shares {
+    fn of(&self, row: &Row) -> Row {
         let mut columns = row.columns.clone();
         let weights = match &row.weights {
             Weights::Each(w) => w.clone(),
@@ -94,13 +108,14 @@ mod tests {
             row(&[0, 2], Weights::Fixed(vec![one / 8, one / 2])),
             row(&[0, 2], Weights::Each(vec![0.125, 0.5])),
         ];
+        let mut factors = FormFactors::new(3, 1 << 10);
         let mut whole =
-            Whole { factors: FormFactors::new(3, 1 << 10), tallies: Mutex::default(), patches: 3 };
+            Whole { sink: &mut factors, shares: Shares { tallies: Mutex::default(), patches: 3 } };
         whole.take(&[PatchId(0), PatchId(1), PatchId(2)], &rows).unwrap();
-        let shares = whole.factors.shares();
+        let shares = factors.shares();
         assert_eq!(shares[0], (&[0, 1, 2][..], &[0.125, 0.125, 0.5][..]));
         assert_eq!(shares[1], (&[0, 2][..], &[0.125, 0.5][..]));
         assert_eq!(shares[2], shares[1]);
-        assert_eq!(whole.factors.account(PatchId(1)).back, 0.25);
+        assert_eq!(factors.account(PatchId(1)).back, 0.25);
     }
 }

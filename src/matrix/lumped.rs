@@ -1,6 +1,7 @@
 //! Rows lumped to named surfaces.
 
 use std::collections::HashMap;
+use std::io;
 
 use rayon::prelude::*;
 
@@ -23,9 +24,8 @@ pub struct Lumped {
 }
 
 impl Lumped {
-    /// Lumps a matrix.
-    #[must_use]
-    pub fn new(matrix: &Matrix, geometry: &Geometry) -> Self {
+    /// Lumps a matrix. Fails only where its rows are not in memory.
+    pub fn new(matrix: &Matrix, geometry: &Geometry) -> io::Result<Self> {
         let two = matrix.layout.faces.iter().any(|f| f.side == Side::Back);
         let mut number: HashMap<(&str, Side), u32> = HashMap::new();
         let mut members: Vec<Vec<usize>> = Vec::new();
@@ -56,24 +56,29 @@ impl Lumped {
             .collect();
         let rows = members.par_iter().map(|rows| lump(matrix, rows, &group_of, members.len()));
         let rest = members.iter().map(|rows| rest(matrix, rows)).collect();
-        Self { surfaces, rest, rows: rows.collect() }
+        Ok(Self { surfaces, rest, rows: rows.collect::<io::Result<_>>()? })
     }
 }
 
 /// The row of one group.
-fn lump(matrix: &Matrix, rows: &[usize], group_of: &[u32], groups: usize) -> (Vec<u32>, Vec<f64>) {
+fn lump(
+    matrix: &Matrix,
+    rows: &[usize],
+    group_of: &[u32],
+    groups: usize,
+) -> io::Result<(Vec<u32>, Vec<f64>)> {
     let (mut sums, mut area) = (vec![0.0; groups], 0.0);
     let (mut columns, mut values) = (Vec::new(), Vec::new());
     for &i in rows {
         let a = matrix.area(i);
         area += a;
-        matrix.row(i, &mut columns, &mut values);
+        matrix.row(i, &mut columns, &mut values)?;
         for (&j, f) in columns.iter().zip(&values) {
             sums[group_of[j as usize] as usize] += a * f;
         }
     }
     let seen = (0_u32..).zip(sums).filter(|s| s.1 > 0.0);
-    seen.map(|(group, sum)| (group, sum / area)).unzip()
+    Ok(seen.map(|(group, sum)| (group, sum / area)).unzip())
 }
 
 /// What goes with the entries of one group.
@@ -121,9 +126,10 @@ impl Rows for Lumped {
         Precision::Double
     }
 
-    fn row(&self, i: usize, columns: &mut Vec<u32>, values: &mut Vec<f64>) {
+    fn row(&self, i: usize, columns: &mut Vec<u32>, values: &mut Vec<f64>) -> io::Result<()> {
         columns.clone_from(&self.rows[i].0);
         values.clone_from(&self.rows[i].1);
+        Ok(())
     }
 
     fn label(&self, i: usize) -> String {

@@ -33,6 +33,12 @@ pub struct MatrixReport {
     pub engine: Option<EngineReport>,
     /// The account of all rows as they were made, before thinning and closure.
     pub account: Option<RowsReport>,
+    /// What rows lose numerically.
+    pub lost: Option<LostReport>,
+    /// What was done to the pairs of patches, where they are evaluated one by one.
+    pub pairs: Option<PairsReport>,
+    /// Whether rows went through a file because they do not fit in memory.
+    pub through_a_file: bool,
     /// Rows that lose more than half to backs, each with that share: something stands there.
     pub covered: Vec<NamedRow>,
     /// What was left out.
@@ -58,6 +64,27 @@ pub struct NamedRow {
     pub surface: String,
     /// What is said of it.
     pub value: f64,
+}
+
+/// What rows lose numerically: what entries, environment and backs leave of 1. It is negative where they
+/// exceed it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LostReport {
+    /// Area-weighted mean of its size.
+    pub mean: f64,
+    /// The row whose size is largest.
+    pub worst: NamedRow,
+}
+
+/// Pairs of patches evaluated one by one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct PairsReport {
+    /// Pairs that exchange anything; through a file, those of different bands count twice.
+    pub evaluated: u64,
+    /// Those of them with something in between that may hide a part.
+    pub partly_hidden: u64,
+    /// Rays that were to tell how much it hides.
+    pub shadow_rays: u64,
 }
 
 /// What `--threshold` did.

@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::{Layout, subdivide};
-use crate::form_factors::{FormFactors, Row, RowSink, SinkError, Weights};
-use crate::patches::{PatchId, Patches, PatchesError};
+use crate::form_factors::{FormFactors, RowAccount, SinkError};
+use crate::patches::{Patches, PatchesError};
 use crate::scene::{Geometry, Sides};
 use crate::visibility::Bvh;
 
@@ -127,34 +127,33 @@ impl Stored {
         String::from("check --unit, or make it again with hemicube factors")
     }
 
+    /// The same entries, taken over in the memory that they have.
     fn rows_of(
-        &self,
+        self,
         layout: &Layout,
         patches: usize,
         memory: u64,
     ) -> Result<FormFactors, SinkError> {
-        let mut patch_of = vec![0; layout.len()];
-        for (row, face) in layout.faces.iter().enumerate() {
-            patch_of[row] = face.patch.map_or(u32::MAX, |p| p.0);
+        let Self { starts, mut columns, mut values, environment, back, .. } = self;
+        let (mut ids, mut accounts, mut ends) = (Vec::new(), Vec::new(), vec![0]);
+        let mut end = 0;
+        for (i, face) in layout.faces.iter().enumerate() {
+            let Some(patch) = face.patch else { continue };
+            let mut sum = 0.0;
+            for k in starts[i] as usize..starts[i + 1] as usize {
+                // Faces that take no part have no column either.
+                let Some(column) = layout.faces[columns[k] as usize].patch else { continue };
+                (columns[end], values[end]) = (column.0, values[k]);
+                sum += f64::from(values[k]);
+                end += 1;
+            }
+            let (environment, back) = (environment[i], back[i]);
+            ids.push(patch);
+            accounts.push(RowAccount { environment, back, lost: 1.0 - sum - environment - back });
+            ends.push(end);
         }
-        let mut factors = FormFactors::new(patches, memory);
-        let rows: Vec<usize> = (0..layout.len()).filter(|&i| patch_of[i] != u32::MAX).collect();
-        for block in rows.chunks(crate::form_factors::BLOCK) {
-            let ids: Vec<PatchId> = block.iter().map(|&i| PatchId(patch_of[i])).collect();
-            let made: Vec<Row> = block.iter().map(|&i| self.row(i, &patch_of)).collect();
-            factors.take(&ids, &made)?;
-        }
-        Ok(factors)
-    }
-
-    fn row(&self, i: usize, patch_of: &[u32]) -> Row {
-        let range = self.starts[i] as usize..self.starts[i + 1] as usize;
-        let entries = self.columns[range.clone()].iter().zip(&self.values[range]);
-        let (columns, values): (Vec<u32>, Vec<f32>) =
-            entries.map(|(&j, &f)| (patch_of[j as usize], f)).filter(|e| e.0 != u32::MAX).unzip();
-        let sum: f64 = values.iter().map(|&f| f64::from(f)).sum();
-        let (environment, back) = (self.environment[i], self.back[i]);
-        let lost = 1.0 - sum - environment - back;
-        Row { columns, weights: Weights::Each(values), half: 0, environment, back, lost }
+        columns.truncate(end);
+        values.truncate(end);
+        FormFactors::of_shares(patches, memory, (&ids, &accounts), ends, columns, values)
     }
 }

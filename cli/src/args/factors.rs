@@ -5,13 +5,15 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use super::{
-    ClusterArg, DeviceArg, DrawChoice, EngineArg, Light, Model, SolverChoice, bytes, samples,
+    ClusterArg, DeviceArg, DrawChoice, EngineArg, Light, Model, SolverChoice, bytes, percent,
+    samples,
 };
 
 pub const EXAMPLES: &str = "Examples:
   hemicube factors oven.stl --unit mm -o F.npz --surfaces surfaces.csv
   hemicube factors room.glb --group --enclosure > factors.csv
   hemicube factors satellite.obj --sides two --threshold 1e-6 -o F.mtx
+  hemicube factors furnace.stl --patch-size 0.01 --error .01% -o F.npz
   hemicube factors hall.ply --engine hemicube --resolution 512 -o F.npz
   hemicube render room.glb --sides one --factors F.npz
 
@@ -55,9 +57,13 @@ pub struct Factors {
     #[arg(long, value_name = "EPS", value_parser = share, allow_negative_numbers = true)]
     pub threshold: Option<f64>,
 
-    /// Who makes the form factors [default: rays; hemicube with its own flags]
+    /// Who makes the form factors [default: exact; rays with --samples, hemicube with its own flags]
     #[arg(long, value_enum)]
     pub engine: Option<EngineArg>,
+
+    /// Error aimed at in per cent, like .1 or .1%: RMS of the form factors' errors over their own, with --engine exact [default: .1]
+    #[arg(long, value_name = "PERCENT", value_parser = percent, allow_negative_numbers = true)]
+    pub error: Option<f64>,
 
     /// Where hemicubes are made [default: cpu]
     #[arg(long, value_enum, hide_short_help = true)]
@@ -71,7 +77,7 @@ pub struct Factors {
     #[arg(long, value_enum, hide_short_help = true)]
     pub draw: Option<DrawChoice>,
 
-    /// Rays a row, 32 to 65536 [default: 4096]
+    /// Rays a row, 32 to 65536, with --engine rays [default: 4096]
     #[arg(long, value_name = "N", value_parser = samples)]
     pub samples: Option<usize>,
 
@@ -121,11 +127,11 @@ impl Factors {
             max_factor: None,
             min_patch: None,
             engine: self.engine,
+            error: self.error,
             device: self.device,
             resolution: self.resolution,
             draw: self.draw,
             samples: self.samples,
-            error: None,
             seed: self.seed,
             factors: None,
             solver: SolverChoice::GaussSeidel,
@@ -135,6 +141,10 @@ impl Factors {
             quiet: self.quiet,
             verbose: self.verbose,
         };
+        // What has flags of its own is meant by them; a matrix is made exactly otherwise.
+        if light.engine() == EngineArg::Rays && self.samples.is_none() {
+            light.engine.get_or_insert(EngineArg::Exact);
+        }
         if light.engine() == EngineArg::Rays {
             light.samples.get_or_insert(SAMPLES);
         }

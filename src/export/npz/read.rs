@@ -63,8 +63,8 @@ pub fn read_npz(path: &Path, memory: u64) -> Result<Stored, ReadError> {
     let rows = integers(&shape.map_err(&broken)?).first().copied().unwrap_or_default();
     let starts = integers(&starts);
     let entries = starts.last().copied().unwrap_or_default();
-    /// Bytes that an entry takes while it is read: in the file's form, and twice in ours.
-    const ENTRY_BYTES: u64 = 24;
+    /// Bytes that an entry takes: numbers are taken over as they are read.
+    const ENTRY_BYTES: u64 = 8;
     let needed = ENTRY_BYTES.saturating_mul(entries);
     if needed > memory {
         let (path, allowed) = (path.into(), memory);
@@ -74,20 +74,20 @@ pub fn read_npz(path: &Path, memory: u64) -> Result<Stored, ReadError> {
     if starts.len() as u64 != rows + 1 || !ascending || u32::try_from(rows).is_err() {
         return Err(broken("indptr.npy does not say where rows begin".into()));
     }
-    let columns = integers(&archive.array("indices", entries).map_err(&broken)?);
-    if columns.iter().any(|&j| j >= rows) {
-        return Err(broken("indices.npy names columns that do not exist".into()));
-    }
-    let columns: Vec<u32> = columns.into_iter().map(|j| j as u32).collect();
+    let column = |kind, b: &[u8]| integer(kind, b).filter(|&j| j < rows).map(|j| j as u32);
+    let columns = archive.numbers("indices", entries, column).map_err(&broken)?;
+    let columns =
+        columns.ok_or_else(|| broken("indices.npy names columns that do not exist".into()))?;
     let in_order = |w: &[u64]| columns[w[0] as usize..w[1] as usize].is_sorted_by(|a, b| a < b);
     if columns.len() as u64 != entries || !starts.windows(2).all(in_order) {
         return Err(broken("indices.npy does not list each row's columns in order".into()));
     }
-    let data = archive.array("data", entries).map_err(&broken)?;
-    let values: Vec<f32> = doubles(&data).map(|f| f as f32).collect();
-    if values.len() as u64 != entries || !values.iter().all(|f| (0.0..=2.0).contains(f)) {
-        return Err(broken("data.npy does not hold form factors".into()));
-    }
+    let factor =
+        |kind, b: &[u8]| float(kind, b).map(|f| f as f32).filter(|f| (0.0..=2.0).contains(f));
+    let values = archive.numbers("data", entries, factor).map_err(&broken)?;
+    let values = values
+        .filter(|values| values.len() as u64 == entries)
+        .ok_or_else(|| broken("data.npy does not hold form factors".into()))?;
     let [environment, back] = ["environment", "back"]
         .map(|name| archive.array(name, rows).map(|a| doubles(&a).collect::<Vec<f64>>()));
     let (environment, back) = (environment.map_err(&broken)?, back.map_err(&broken)?);
@@ -120,6 +120,48 @@ type Array = (Header, Vec<u8>);
 impl Archive {
     /// An array of at most `most` numbers.
     fn array(&mut self, name: &str, most: u64) -> Result<Array, String> {
+        let (kind, file) = self.open(name)?;
+        let mut bytes = Vec::new();
+        // Whatever the archive promises: no more is read than can be meant.
+        let read = file.take(most.saturating_mul(8)).read_to_end(&mut bytes);
+        read.map_err(|e| format!("{name}.npy: {e}"))?;
+        Ok((Header { kind }, bytes))
+    }
+
+    /// What `take` makes of the numbers of an array, at most `most`; `None` if it makes nothing of one.
+    /// Memory holds no more than the result.
+    fn numbers<T>(
+        &mut self,
+        name: &str,
+        most: u64,
+        take: impl Fn(Kind, &[u8]) -> Option<T>,
+    ) -> Result<Option<Vec<T>>, String> {
+        /// Bytes read at once: a multiple of those of any number.
+        const CHUNK: u64 = 1 << 18;
+        let (kind, mut file) = self.open(name)?;
+        let size = kind.bytes();
+        let (mut numbers, mut bytes) = (Vec::new(), Vec::new());
+        let room = usize::try_from(most).ok().and_then(|n| numbers.try_reserve_exact(n).ok());
+        room.ok_or_else(|| format!("{name}.npy: there is no memory for it"))?;
+        let mut left = most.saturating_mul(size as u64);
+        while left > 0 {
+            bytes.clear();
+            let read = file.by_ref().take(CHUNK.min(left)).read_to_end(&mut bytes);
+            read.map_err(|e| format!("{name}.npy: {e}"))?;
+            if bytes.is_empty() {
+                break;
+            }
+            left -= bytes.len() as u64;
+            for number in bytes.chunks_exact(size) {
+                let Some(number) = take(kind, number) else { return Ok(None) };
+                numbers.push(number);
+            }
+        }
+        Ok(Some(numbers))
+    }
+
+    /// What the numbers of an array are, and where they begin.
+    fn open(&mut self, name: &str) -> Result<(Kind, impl Read + '_), String> {
         let name = format!("{name}.npy");
         let wrong = |problem: &str| format!("{name} {problem}");
         let mut file = self.zip.by_name(&name).map_err(|e| format!("{name}: {e}"))?;
@@ -136,30 +178,46 @@ impl Archive {
         let is = |kind: &str| text.contains(&format!("'descr': '{kind}"));
         let kind = kind.iter().zip(kinds).find(|k| is(k.0)).map(|k| k.1);
         let kind = kind.ok_or_else(|| wrong("holds numbers of a kind that is not read"))?;
-        let mut bytes = Vec::new();
-        // Whatever the archive promises: no more is read than can be meant.
-        let limit = most.saturating_mul(8);
-        file.take(limit).read_to_end(&mut bytes).map_err(|e| format!("{name}: {e}"))?;
-        Ok((Header { kind }, bytes))
+        Ok((kind, file))
     }
 }
 
-/// The numbers of an array of integers; negative ones become too large.
-fn integers((header, bytes): &Array) -> Vec<u64> {
-    match header.kind {
-        Kind::Int32 => bytes.as_chunks().0.iter().map(|b| i32::from_le_bytes(*b) as u64).collect(),
-        Kind::Int64 => bytes.as_chunks().0.iter().map(|b| u64::from_le_bytes(*b)).collect(),
-        Kind::Single | Kind::Double | Kind::Bytes => Vec::new(),
+impl Kind {
+    /// Bytes of a number.
+    fn bytes(self) -> usize {
+        match self {
+            Self::Int32 | Self::Single => 4,
+            Self::Int64 | Self::Double => 8,
+            Self::Bytes => 1,
+        }
     }
+}
+
+/// An integer; a negative one becomes too large.
+fn integer(kind: Kind, bytes: &[u8]) -> Option<u64> {
+    match kind {
+        Kind::Int32 => bytes.try_into().ok().map(|b| i32::from_le_bytes(b) as u64),
+        Kind::Int64 => bytes.try_into().ok().map(u64::from_le_bytes),
+        Kind::Single | Kind::Double | Kind::Bytes => None,
+    }
+}
+
+/// A float.
+fn float(kind: Kind, bytes: &[u8]) -> Option<f64> {
+    match kind {
+        Kind::Single => bytes.try_into().ok().map(|b| f32::from_le_bytes(b).into()),
+        Kind::Double => bytes.try_into().ok().map(f64::from_le_bytes),
+        Kind::Int32 | Kind::Int64 | Kind::Bytes => None,
+    }
+}
+
+/// The numbers of an array of integers.
+fn integers((header, bytes): &Array) -> Vec<u64> {
+    let numbers = bytes.chunks_exact(header.kind.bytes());
+    numbers.filter_map(|b| integer(header.kind, b)).collect()
 }
 
 /// The numbers of an array of floats.
-fn doubles((header, bytes): &Array) -> Box<dyn Iterator<Item = f64> + '_> {
-    match header.kind {
-        Kind::Single => {
-            Box::new(bytes.as_chunks().0.iter().map(|b| f64::from(f32::from_le_bytes(*b))))
-        }
-        Kind::Double => Box::new(bytes.as_chunks().0.iter().map(|b| f64::from_le_bytes(*b))),
-        Kind::Int32 | Kind::Int64 | Kind::Bytes => Box::new(std::iter::empty()),
-    }
+fn doubles((header, bytes): &Array) -> impl Iterator<Item = f64> + '_ {
+    bytes.chunks_exact(header.kind.bytes()).filter_map(|b| float(header.kind, b))
 }

@@ -25,9 +25,10 @@ impl Rows for Small {
         self.precision
     }
 
-    fn row(&self, i: usize, columns: &mut Vec<u32>, values: &mut Vec<f64>) {
+    fn row(&self, i: usize, columns: &mut Vec<u32>, values: &mut Vec<f64>) -> io::Result<()> {
         let seen = (0..).zip(&self.rows[i]).filter(|e| *e.1 > 0.0);
         (*columns, *values) = seen.unzip();
+        Ok(())
     }
 
     fn label(&self, i: usize) -> String {

@@ -1,7 +1,11 @@
 //! Form factors made symmetric exchange areas, in the memory that they have.
 
+use std::ops::ControlFlow;
+
+use super::ClosureError;
 use crate::form_factors::rows::SinkError;
-use crate::form_factors::stored::FormFactors;
+use crate::form_factors::stored::{BLOCK, FormFactors};
+use crate::progress::Progress;
 
 /// Turns the form factors of the `taken` patches into exchange areas in the unit of `areas`:
 /// `S_ij = (A_i F_ij + A_j F_ji) / 2`, one number for both; those of others are dropped. Returns the RMS
@@ -10,7 +14,13 @@ pub fn symmetrise(
     factors: &mut FormFactors,
     areas: &[f64],
     taken: &[bool],
-) -> Result<f64, SinkError> {
+    progress: &dyn Progress,
+) -> Result<f64, ClosureError> {
+    // Asked between blocks of rows.
+    let go_on = |i: usize| match i.is_multiple_of(BLOCK).then(|| progress.advance(0)) {
+        Some(ControlFlow::Break(())) => Err(ClosureError::Cancelled),
+        _ => Ok(()),
+    };
     if taken.contains(&false) {
         factors.rewrite(|i, columns, weights, kept_columns, kept| {
             let both = |j: u32| taken[i.index()] && taken[j as usize];
@@ -20,12 +30,13 @@ pub fn symmetrise(
             }
         })?;
     }
-    complete_pattern(factors)?;
+    complete_pattern(factors, go_on)?;
     let mut rows = factors.rows_mut();
     // Row j meets the rows before it in their order, which is that of its own columns.
     let mut next = vec![0; rows.len()];
     let (mut difference, mut size) = (0.0, 0.0);
     for i in 0..rows.len() {
+        go_on(i)?;
         let (columns, weights) = std::mem::take(&mut rows[i]);
         for (&j, weight) in columns.iter().zip(weights.iter_mut()).skip(next[i]) {
             let there = areas[i] * f64::from(*weight);
@@ -52,12 +63,16 @@ fn stored(exchange: f64) -> f32 {
 }
 
 /// Gives row j an entry i, zero, where row i alone has an entry j.
-fn complete_pattern(factors: &mut FormFactors) -> Result<(), SinkError> {
+fn complete_pattern(
+    factors: &mut FormFactors,
+    go_on: impl Fn(usize) -> Result<(), ClosureError>,
+) -> Result<(), ClosureError> {
     let rows = factors.shares();
     let mut missing: Vec<Vec<u32>> = vec![Vec::new(); rows.len()];
     let mut next = vec![0; rows.len()];
     let mut count = 0;
     for (i, (columns, _)) in (0_u32..).zip(&rows) {
+        go_on(i as usize)?;
         for &j in *columns {
             let (other, next) = (rows[j as usize].0, &mut next[j as usize]);
             while other.get(*next).is_some_and(|&k| k < i) {
@@ -85,7 +100,8 @@ fn complete_pattern(factors: &mut FormFactors) -> Result<(), SinkError> {
             new += usize::from(take_new);
             at += usize::from(!take_new);
         }
-    })
+    })?;
+    Ok(())
 }
 
 /// Drops exchange areas whose form factors are below `threshold` both ways, except the largest of

@@ -4,15 +4,40 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::{Block, FormFactors, entry_bytes};
+use super::{Block, FormFactors, Part, RowAccount, entry_bytes};
 use crate::form_factors::Weights;
-use crate::form_factors::rows::SinkError;
+use crate::form_factors::rows::{Row, SinkError};
 use crate::patches::PatchId;
 
 /// The columns of a row and its weights.
 pub(crate) type RowMut<'a> = (&'a [u32], &'a mut [f32]);
 
 impl FormFactors {
+    /// The rows of some of `patches` patches, in at most `limit` bytes: which, and what each holds beside
+    /// its entries; where in `columns` and `weights` each begins, and where the last ends. Takes the
+    /// memory that these have.
+    pub(crate) fn of_shares(
+        patches: usize,
+        limit: u64,
+        (ids, accounts): (&[PatchId], &[RowAccount]),
+        starts: Vec<usize>,
+        columns: Vec<u32>,
+        weights: Vec<f32>,
+    ) -> Result<Self, SinkError> {
+        let mut me = Self::new(patches, limit);
+        for (row, (id, account)) in (0..).zip(ids.iter().zip(accounts)) {
+            me.place[id.index()] = Some((0, row));
+            me.accounts[id.index()] = *account;
+        }
+        let weights = Weights::Each(weights);
+        me.entries = columns.len() as u64;
+        me.bytes = me.entries * entry_bytes(&weights);
+        me.part = Part::All;
+        me.blocks.push(Arc::new(Block { starts, halves: Vec::new(), columns, weights }));
+        me.within_limit(0)?;
+        Ok(me)
+    }
+
     /// All rows by patch, their weights to be changed; patches without a row have an empty one, as have
     /// those whose weights are not [`Weights::Each`].
     pub(crate) fn rows_mut(&mut self) -> Vec<RowMut<'_>> {
@@ -42,13 +67,31 @@ impl FormFactors {
 
     /// All rows by patch, as in [`rows_mut`](Self::rows_mut).
     pub(crate) fn shares(&self) -> Vec<(&[u32], &[f32])> {
+        (0..self.len() as u32).map(|i| self.share(PatchId(i))).collect()
+    }
+
+    /// A patch's row, likewise.
+    pub(crate) fn share(&self, id: PatchId) -> (&[u32], &[f32]) {
         let row = |&(block, row): &(u32, u32)| {
             let block = &self.blocks[block as usize];
             let range = block.starts[row as usize]..block.starts[row as usize + 1];
             let Weights::Each(weights) = &block.weights else { return None };
             Some((&block.columns[range.clone()], &weights[range]))
         };
-        self.place.iter().map(|p| p.as_ref().and_then(row).unwrap_or_default()).collect()
+        self.place[id.index()].as_ref().and_then(row).unwrap_or_default()
+    }
+
+    /// A patch's row to be handed on, likewise.
+    pub(crate) fn row_of_shares(&self, id: PatchId) -> Row {
+        let ((columns, weights), account) = (self.share(id), self.account(id));
+        Row {
+            columns: columns.to_vec(),
+            weights: Weights::Each(weights.to_vec()),
+            half: 0,
+            environment: account.environment,
+            back: account.back,
+            lost: account.lost,
+        }
     }
 
     /// Makes every row anew, block by block: `write` appends what becomes of a row's columns and

@@ -1,0 +1,91 @@
+//! Whether a matrix has room where it is to go, before it is made.
+
+use std::path::Path;
+
+use hemicube::export::Spill;
+use hemicube::matrix::{Forecast, Shelf};
+
+use super::Format;
+use crate::args::Factors;
+use crate::machine;
+
+/// A larger table than this is refused on stdout.
+const MOST_ON_STDOUT: u64 = 256 << 20;
+
+/// Where the rows of a matrix go that will be like this: to memory (`None`) or through a file. Says why
+/// there is no room for it.
+pub fn shelf(
+    args: &Factors,
+    format: Format,
+    forecast: &Forecast,
+) -> Result<Option<Box<dyn Shelf>>, String> {
+    let file = if args.group { 0 } else { file_bytes(args, format, forecast) };
+    let Some(path) = &args.output else {
+        return match file > MOST_ON_STDOUT {
+            true => Err(format!(
+                "a table of {0} x {0} form factors takes about {1}; on stdout {2} are the limit: write it \
+                 with -o F.npz, or lump it with --group",
+                forecast.rows,
+                amount(file),
+                amount(MOST_ON_STDOUT)
+            )),
+            false => Ok(None),
+        };
+    };
+    let through_a_file = !forecast.fits() && !args.enclosure;
+    let spilled = if through_a_file { Spill::ENTRY_BYTES * forecast.entries } else { 0 };
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let free = machine::free_disk(folder).unwrap_or(u64::MAX);
+    if file + spilled > free {
+        let remedy = match format {
+            Format::Npz => "use fewer patches, --threshold or --group, or another disk",
+            _ => "write .npz, which leaves zeros out, use --group, or another disk",
+        };
+        let beside = match spilled {
+            0 => String::new(),
+            bytes => format!(" and {} for a while beside it, for want of --memory", amount(bytes)),
+        };
+        return Err(format!(
+            "{}: {1} x {1} form factors take about {2} on disk{beside}; {3} are free: {remedy}",
+            path.display(),
+            forecast.rows,
+            amount(file),
+            amount(free)
+        ));
+    }
+    if !through_a_file {
+        return Ok(None);
+    }
+    let spill = Spill::beside(path).map_err(|e| e.to_string())?;
+    Ok(Some(Box::new(spill)))
+}
+
+/// Bytes of the file, nearly.
+fn file_bytes(args: &Factors, format: Format, forecast: &Forecast) -> u64 {
+    let double = args.enclosure || args.threshold.is_some_and(|t| t > 0.0);
+    let (n, entries) = (forecast.rows as u64, forecast.entries);
+    let all = n.saturating_mul(n);
+    let number = if double { 8 } else { 4 };
+    // Digits of a factor, with what parts it from the next.
+    let digits = if double { 22 } else { 13 };
+    match format {
+        // Columns, which ascend, shrink to a byte or two.
+        Format::Npz => entries.saturating_mul(number + 2),
+        Format::Npy => all.saturating_mul(number),
+        // Row and column go before the digits.
+        Format::Mtx => entries.saturating_mul(digits + 2 * (u64::from(n.max(1).ilog10()) + 2)),
+        // A zero takes two bytes.
+        Format::Csv | Format::Stdout => {
+            entries.saturating_mul(digits).saturating_add(2 * all.saturating_sub(entries))
+        }
+    }
+}
+
+/// Bytes as people say them.
+fn amount(bytes: u64) -> String {
+    match bytes {
+        0..0x10_0000 => format!("{} KiB", bytes.div_ceil(1 << 10)),
+        0x10_0000..0x4000_0000 => format!("{} MiB", bytes.div_ceil(1 << 20)),
+        _ => format!("{:.1} GiB", bytes as f64 / f64::from(1 << 30)),
+    }
+}
