@@ -252,7 +252,7 @@ pub fn engine_of(args: &Light) -> Result<EngineOptions, Failure> {
         let name = name.as_ref().map_or("", |n| n.get_name());
         let user = match *flag {
             "--samples" => "rays",
-            "--seed" | "--error" => "rays or exact",
+            "--seed" | "--error" => "rays or --engine exact",
             _ => "hemicube",
         };
         return Err(Failure::Input(format!(
