@@ -34,7 +34,7 @@ const MOST_SPLITS: u32 = 7;
 const SPREAD: f64 = 0.2;
 
 /// Shadow rays of a pair of the mean factor that is all in doubt, and of any pair.
-const RAYS: f64 = 256.0;
+const RAYS: f64 = 192.0;
 const LEAST_RAYS: usize = 16;
 pub(super) const MOST_RAYS: usize = 1024;
 
@@ -459,7 +459,7 @@ impl Area {
 }
 
 /// Four numbers in 0..1 that look random.
-fn shifts(seed: u64) -> [f64; 4] {
+pub(super) fn shifts(seed: u64) -> [f64; 4] {
     // SplitMix64 (Steele, Lea & Flood 2014).
     let mut state = seed;
     std::array::from_fn(|_| {
