@@ -12,7 +12,9 @@
 //! 3. The unoccluded part is summed over points for far pairs, 16 at a time (`far`), and integrated
 //!    along contours for near and touching ones (`unoccluded`).
 //! 4. Of pairs in part hidden, the visible share is found by clipping, in closed form on one of the
-//!    patches; where blockers overlap, by shadow rays (`visible`, `cover`).
+//!    patches; where blockers overlap, by shadow rays (`visible`, `cover`). Where sorting out many
+//!    small blockers would take longer than rays, far pairs get rays alone: the fewer, the less their
+//!    factor weighs among all, and packed over neighbouring pairs (`probes`).
 //!
 //! Each pair is evaluated once, in the order of the hierarchy, and S is stored rounded towards zero:
 //! so reciprocity holds to stored precision, and 0 ≤ S ≤ min(A_i, A_j) always.
@@ -31,6 +33,7 @@ mod cover;
 mod far;
 mod matrix;
 mod model;
+mod probes;
 mod shaft;
 #[cfg(test)]
 mod tests;

@@ -1,10 +1,13 @@
 //! The exchange of one patch with many far ones, 16 at a time.
 //!
 //! ```text
-//! S = A_i A_j / (9 π) Σ_kl cos θ_k cos θ_l / r_kl²
+//! S = A_i A_j / π · h g · Σ_kl h_k g_l r_kl⁻⁴ / Σ_kl h_k g_l
 //! ```
 //!
-//! over the three points of a rule of degree 2 on each triangle (Hammer & Stroud 1956).
+//! over the three points of a rule of degree 2 on each triangle (Hammer & Stroud 1956): h_k is the
+//! height of a point of one over the plane of the other, g_l the other way round. h and g are their
+//! means over the triangles, of what is above the plane alone: known in closed form, so that only
+//! r⁻⁴ is left to the rule where a triangle straddles the other's plane.
 
 #![allow(clippy::needless_range_loop, reason = "loops over lanes, which become vectors")]
 
@@ -22,16 +25,19 @@ const FAR: f32 = 4.0;
 /// Heights below this are noise of single precision, in units of the scene's radius.
 const NOISE: f32 = 1e-6;
 
+/// Share of a corner's height that its point of the rule has at least.
+const TIP: f32 = 1e-3;
+
 /// Marks what is to be looked at on its own.
-pub(super) const CLOSELY: f32 = -1.0;
+pub(super) const CLOSELY: f32 = f32::NEG_INFINITY;
 
 /// Patches in the order of the tree, in units of the scene's radius about its centre.
 #[derive(Debug, Default)]
 pub(super) struct Columns {
     /// Coordinate `3 k + axis` of the corners.
-    corners: [Vec<f32>; 9],
-    normal: [Vec<f32>; 3],
-    centre: [Vec<f32>; 3],
+    pub corners: [Vec<f32>; 9],
+    pub normal: [Vec<f32>; 3],
+    pub centre: [Vec<f32>; 3],
     /// Infinite where a patch is no triangle.
     radius: Vec<f32>,
     area: Vec<f32>,
@@ -69,7 +75,8 @@ impl Columns {
 
 multiversion! {
     /// S of patch `row` with those from place `from` on, in units of the scene's radius squared;
-    /// [`CLOSELY`] where that takes another method.
+    /// -S where one straddles the other's plane, and the rule is less good; [`CLOSELY`] where that
+    /// takes another method.
     pub(super) fn exchange_with(columns: &Columns, row: usize, from: usize, out: &mut [Lanes])
         = exchange_kernel
 }
@@ -90,7 +97,7 @@ fn exchange_kernel(columns: &Columns, row: usize, from: usize, out: &mut [Lanes]
     let [nx, ny, nz] = [0, 1, 2].map(|k| number(&columns.normal[k]));
     let [mx, my, mz] = [0, 1, 2].map(|k| number(&columns.centre[k]));
     let radius = number(&columns.radius);
-    let area = number(&columns.area) * FRAC_1_PI / 9.0;
+    let area = number(&columns.area) * FRAC_1_PI;
     // The rule's points lie half-way from the centre to the corners.
     let points = [
         [0.5 * (mx + ax), 0.5 * (my + ay), 0.5 * (mz + az)],
@@ -118,9 +125,10 @@ fn exchange_kernel(columns: &Columns, row: usize, from: usize, out: &mut [Lanes]
             let (dx, dy, dz) = (ox[l] - mx, oy[l] - my, oz[l] - mz);
             let reach = FAR * (radius + radii[l]);
             let far = dx * dx + dy * dy + dz * dz > reach * reach;
-            let (h_mean, g_mean) = ((h0 + h1) + h2, (g0 + g1) + g2);
-            let (h0, h1, h2) = (h0 + h_mean / 3.0, h1 + h_mean / 3.0, h2 + h_mean / 3.0);
-            let (g0, g1, g2) = (g0 + g_mean / 3.0, g1 + g_mean / 3.0, g2 + g_mean / 3.0);
+            let whole = (h_low >= -NOISE) & (g_low >= -NOISE);
+            let height = above(h0, h1, h2) * above(g0, g1, g2);
+            let (h0, h1, h2) = weights(h0, h1, h2, whole);
+            let (g0, g1, g2) = weights(g0, g1, g2, whole);
             let (sx, sy, sz) =
                 (0.5 * (ox[l] + px[l]), 0.5 * (oy[l] + py[l]), 0.5 * (oz[l] + pz[l]));
             let (tx, ty, tz) =
@@ -137,18 +145,44 @@ fn exchange_kernel(columns: &Columns, row: usize, from: usize, out: &mut [Lanes]
             let s2 = h0 * kernel(r, sx, sy, sz)
                 + h1 * kernel(r, tx, ty, tz)
                 + h2 * kernel(r, vx, vy, vz);
-            // Twice each height has been added up.
-            let s = 0.25 * area * areas[l] * ((g0 * s0 + g1 * s1) + g2 * s2);
+            let all = ((h0 + h1) + h2) * ((g0 + g1) + g2);
+            let s = area * areas[l] * height * ((g0 * s0 + g1 * s1) + g2 * s2) / all;
             let odd = (radius == f32::INFINITY) | (radii[l] == f32::INFINITY);
-            let whole = (h_low >= -NOISE) & (g_low >= -NOISE);
+            let s = if whole { s } else { -s };
             // Near the horizon double precision tells whether there is anything.
-            let clear = far & whole & (h_high > 32.0 * NOISE) & (g_high > 32.0 * NOISE);
+            let clear = far & (h_high > 32.0 * NOISE) & (g_high > 32.0 * NOISE);
             let maybe = (h_high > -NOISE) & (g_high > -NOISE);
             let s = if clear { s } else { CLOSELY };
             let s = if maybe { s } else { 0.0 };
             out[l] = if odd { CLOSELY } else { s };
         }
     }
+}
+
+/// The mean over a triangle of what is positive of heights, from those of its corners.
+#[inline(always)]
+fn above(a: f32, b: f32, c: f32) -> f32 {
+    let (low, high) = (min(min(a, b), c), max(max(a, b), c));
+    let mid = max(min(a, b), min(max(a, b), c));
+    let mean = ((a + b) + c) / 3.0;
+    let below = low * low * low / (3.0 * (low - high) * (low - mid));
+    let tip = high * high * high / (3.0 * (high - low) * (high - mid));
+    let cut = if mid > 0.0 { mean - below } else { tip };
+    let cut = if low >= 0.0 { mean } else { cut };
+    if high > 0.0 { cut } else { 0.0 }
+}
+
+/// Heights of the rule's three points, or what stands for them where only a corner is above.
+#[inline(always)]
+fn weights(a: f32, b: f32, c: f32, whole: bool) -> (f32, f32, f32) {
+    let third = ((a + b) + c) / 3.0;
+    let (p, q, r) = (0.5 * (a + third), 0.5 * (b + third), 0.5 * (c + third));
+    if whole { (p, q, r) } else { (tip(p, a), tip(q, b), tip(r, c)) }
+}
+
+#[inline(always)]
+fn tip(point: f32, corner: f32) -> f32 {
+    max(point, 0.0) + TIP * max(corner, 0.0)
 }
 
 /// r⁻⁴ between two points.

@@ -4,10 +4,10 @@
 use glam::DVec3;
 
 use super::blockers::Blockers;
-use super::far::{Columns, exchange_with};
+use super::far::{CLOSELY, Columns, exchange_with};
 use super::shaft::BlockerTree;
 use super::tree::{Extent, Tree};
-use super::unoccluded::{Polygon, area};
+use super::unoccluded::{Polygon, area, exchange, facing};
 use super::visible::MOST_RAYS;
 use crate::patches::{Cell, PatchId, Patches};
 use crate::scene::Geometry;
@@ -108,6 +108,7 @@ impl<'a> Model<'a> {
             inside.sort_unstable();
             inside.dedup();
             tree.nodes[k].inside = inside;
+            tree.nodes[k].patch = areas[from..to].iter().sum::<f64>() / (to - from) as f64;
         }
         let blocker_tree = BlockerTree::new(&blockers);
         let mut me = Self {
@@ -133,21 +134,32 @@ impl<'a> Model<'a> {
 
     /// The root-mean-square of all factors, were nothing in the way, from those of some patches.
     fn find_typical(&self) -> f64 {
-        const ROWS: usize = 128;
+        const ROWS: usize = 64;
         let n = self.len();
-        let scale4 = self.bvh.scale().powi(4);
+        let scale2 = self.bvh.scale().powi(2);
         let mut row = vec![[0.0; LANES]; n.div_ceil(LANES)];
         let (mut sum, mut count) = (0.0, 0_usize);
         for i in (0..n).step_by(n.div_ceil(ROWS).max(1)) {
             exchange_with(&self.columns, i, 0, &mut row);
-            let areas = self.areas.iter().map(|a| 1.0 / (a * a));
-            for (s, inverse) in row.as_flattened().iter().zip(areas).filter(|e| *e.0 > 0.0) {
-                let s2 = f64::from(*s).powi(2) * scale4;
-                sum += s2 * (inverse + 1.0 / (self.areas[i] * self.areas[i]));
+            for (j, &s) in row.as_flattened()[..n].iter().enumerate().filter(|e| *e.1 != 0.0) {
+                let s = if s == CLOSELY { self.unoccluded(i, j) } else { f64::from(s) * scale2 };
+                sum += (s / self.areas[i]).powi(2);
             }
-            count += 2 * n;
+            count += n;
         }
         (sum / count.max(1) as f64).sqrt().max(f64::MIN_POSITIVE)
+    }
+
+    /// S of a pair with nothing in the way; of patches of several pieces, that of the first of them
+    /// stands for all.
+    fn unoccluded(&self, i: usize, j: usize) -> f64 {
+        let (Some(p), Some(q)) = (self.pieces(i).first(), self.pieces(j).first()) else {
+            return 0.0;
+        };
+        let Some((a, b)) = facing(&p.polygon, &q.polygon, self.coplanar) else { return 0.0 };
+        let share = |k: usize, p: &Piece| self.areas[k] / p.polygon.area();
+        let s = exchange(&a, &b) * share(i, p) * share(j, q);
+        if i == j { 0.0 } else { s.min(self.areas[i]).min(self.areas[j]) }
     }
 
     /// Number of patches.

@@ -5,10 +5,11 @@
 
 use super::far::{CLOSELY, exchange_with};
 use super::model::Model;
+use super::probes::{Asked, Probes};
 use super::shaft::{Between, Shaft, face_away, relation};
-use super::tree::TILE;
+use super::tree::{Node, TILE};
 use super::unoccluded::{exchange, facing};
-use super::visible::{Pair, Room};
+use super::visible::{MOST_RAYS, Pair, Room};
 use crate::visibility::{LANES, Lanes};
 
 /// What is known of the blockers between two patches of the tiles.
@@ -25,6 +26,27 @@ const CROWD: usize = 64;
 /// Crowds are not sorted out any more between so many pairs of patches.
 const FEW_PAIRS: usize = 64;
 
+/// To sort out a blocker once takes as long as so many shadow rays, at least if it is to be worth it.
+const SORTING: f64 = 4.0;
+const MOST_SORTED: u32 = 4;
+
+/// A pair is left to rays if so many times their number is not more than its blockers and this:
+/// clipping is exact.
+const CLIPPING: u32 = 2;
+const FASTER: u32 = 2;
+
+/// So few blockers are always clipped.
+const FEW: usize = 3;
+
+/// Shadow rays of a pair of the root-mean-square factor at the error 1e-3. Rays are stratified: their
+/// error falls faster than the root of their number.
+const RAYS: f64 = 128.0;
+const RAYS_BY_ERROR: f64 = 1.5;
+
+/// Patches that straddle each other's plane are clipped if their factor is larger than this share of
+/// the root-mean-square factor, times the error asked for: the far rule errs by some percent of it.
+const STRADDLING: f64 = 100.0;
+
 /// Work on a pair of tiles; reused.
 pub(super) struct Work {
     /// [`TILE`] a row.
@@ -37,6 +59,9 @@ pub(super) struct Work {
     pending: Vec<u32>,
     shaft: Shaft,
     row: [Lanes; TILE / LANES],
+    /// Of the pairs of a row: column, S in m², and whether blockers are possible.
+    found: Vec<(usize, f64, bool)>,
+    probes: Probes,
     room: Room,
     pub counts: Counts,
 }
@@ -71,6 +96,8 @@ impl Default for Work {
             pending: Vec::new(),
             shaft: Shaft::default(),
             row: [[0.0; LANES]; TILE / LANES],
+            found: Vec::new(),
+            probes: Probes::default(),
             room: Room::default(),
             counts: Counts::default(),
         }
@@ -123,36 +150,65 @@ impl Task<'_> {
             }
             let blocks = (end - first).div_ceil(LANES);
             exchange_with(&self.model.columns, r, first, &mut work.row[..blocks]);
+            work.found.clear();
+            work.probes.asked.clear();
             for c in first..end {
                 let s = work.row[(c - first) / LANES][(c - first) % LANES];
                 let class = work.class[(r - rows.from as usize) * TILE + c - columns.from as usize];
                 if s == 0.0 || class == HIDDEN || !self.wants_pair(r, c) {
                     continue;
                 }
-                let s = if class == SEEN && s != CLOSELY {
-                    f64::from(s) * scale2
-                } else {
-                    let known = (s != CLOSELY).then(|| f64::from(s) * scale2);
-                    let between = match class {
-                        SEEN => Some(&[][..]),
-                        CROWDED => None,
-                        list => {
-                            let k = (list - LISTS) as usize;
-                            let list = work.starts[k] as usize..work.starts[k + 1] as usize;
-                            Some(&work.lists[list])
-                        }
-                    };
-                    self.closely(r, c, known, between, &mut work.room)
+                let between = match class {
+                    SEEN => Some(&[][..]),
+                    CROWDED => None,
+                    list => {
+                        let k = usize::from(list - LISTS);
+                        Some(&work.lists[work.starts[k] as usize..work.starts[k + 1] as usize])
+                    }
                 };
-                let s = down(s.min(self.model.areas[r]).min(self.model.areas[c]));
+                let rough = f64::from(s.abs()) * scale2;
+                let factor = self.factor(r, c, rough);
+                let known = s > 0.0 || s != CLOSELY && factor <= STRADDLING * self.error;
+                if known && class == SEEN {
+                    work.found.push((c, rough, false));
+                    continue;
+                }
+                let rays = self.rays(factor);
+                if s != CLOSELY && left_to_rays(between, rays) {
+                    work.probes.asked.push(Asked::new(c, rough, rays));
+                    continue;
+                }
+                let known = (s > 0.0).then_some(rough);
+                let s = self.closely(r, c, known, between, &mut work.room);
+                work.found.push((c, s, class != SEEN));
+            }
+            work.probes.trace(self.model, r, self.seed);
+            for asked in &work.probes.asked {
+                work.found.push((asked.column as usize, asked.exchange * asked.visible(), true));
+            }
+            let areas = &self.model.areas;
+            for &(c, s, partly) in &work.found {
+                let s = down(s.min(areas[r]).min(areas[c]));
                 if s > 0.0 {
                     work.counts.pairs += 1;
-                    work.counts.partly += u64::from(class != SEEN);
+                    work.counts.partly += u64::from(partly);
                     each(r, c, s);
                 }
             }
         }
         work.counts.rays += std::mem::take(&mut work.room.rays);
+        work.counts.rays += std::mem::take(&mut work.probes.count);
+    }
+
+    /// The larger factor of a pair that exchanges S m², over what factors are like.
+    fn factor(&self, i: usize, j: usize, s: f64) -> f64 {
+        s / self.model.areas[i].min(self.model.areas[j]) / self.model.typical
+    }
+
+    /// Shadow rays that a pair deserves, at least one.
+    fn rays(&self, factor: f64) -> u32 {
+        let rays = RAYS * factor * (1e-3 / self.error).powf(RAYS_BY_ERROR);
+        rays.clamp(1.0, MOST_RAYS as f64) as u32
     }
 
     /// S of one pair, 0 if it exchanges nothing; `known` unoccluded, if it is. Without a list of blockers
@@ -167,7 +223,6 @@ impl Task<'_> {
     ) -> f64 {
         let model = self.model;
         let mut sum = 0.0;
-        let least = model.areas[i].min(model.areas[j]);
         for p in model.pieces(i) {
             for q in model.pieces(j) {
                 let polygons = match known {
@@ -184,8 +239,7 @@ impl Task<'_> {
                 let v = if blockers.is_some_and(<[u32]>::is_empty) {
                     1.0
                 } else {
-                    // A pair matters by the larger of its factors.
-                    let factor = s / least / model.typical;
+                    let factor = self.factor(i, j, s);
                     let pair = Pair {
                         pieces: [p, q],
                         polygons: polygons.into(),
@@ -237,7 +291,7 @@ impl Task<'_> {
         let to = work.pending.len();
         if from == to {
             self.mark(nodes, origin, SEEN, work);
-        } else if to - from > CROWD && a.len() * b.len() <= FEW_PAIRS {
+        } else if self.is_crowd(to - from, a, b) {
             self.mark(nodes, origin, CROWDED, work);
         } else if a.is_leaf() && b.is_leaf() {
             let list = usize::from(LISTS) + work.starts.len() - 1;
@@ -260,6 +314,14 @@ impl Task<'_> {
         work.pending.truncate(from);
     }
 
+    /// Whether rays tell sooner than sorting out so many blockers.
+    fn is_crowd(&self, blockers: usize, a: &Node, b: &Node) -> bool {
+        let rays = self.rays(a.factor(b) / self.model.typical).min(MOST_SORTED);
+        let pairs = (a.len() * b.len()) as f64;
+        let never_clipped = blockers > CROWD && a.len() * b.len() <= FEW_PAIRS;
+        never_clipped || blockers > FEW && blockers as f64 * SORTING > f64::from(rays) * pairs
+    }
+
     fn mark(&self, nodes: [u32; 2], origin: [u32; 2], class: u16, work: &mut Work) {
         let [a, b] = nodes.map(|n| &self.model.tree.nodes[n as usize]);
         for r in a.from - origin[0]..a.to - origin[0] {
@@ -267,6 +329,11 @@ impl Task<'_> {
             row[(b.from - origin[1]) as usize..(b.to - origin[1]) as usize].fill(class);
         }
     }
+}
+
+/// Whether rays tell sooner than clipping what lies between.
+fn left_to_rays(between: Option<&[u32]>, rays: u32) -> bool {
+    between.is_none_or(|list| list.len() > FEW && rays * FASTER <= CLIPPING + list.len() as u32)
 }
 
 /// Single precision, rounded towards zero.

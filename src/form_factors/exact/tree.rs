@@ -1,6 +1,8 @@
 //! A hierarchy over the patches: nodes are nearly flat and compact, so that one look decides what
 //! lies between two of them.
 
+use std::f64::consts::PI;
+
 use glam::DVec3;
 
 /// Leaves hold at most so many patches.
@@ -36,6 +38,8 @@ pub(super) struct Node {
     count: u8,
     /// Capped bodies that some of its patches are inside.
     pub inside: Vec<u32>,
+    /// Mean area of its patches in m².
+    pub patch: f64,
 }
 
 impl Node {
@@ -55,6 +59,13 @@ impl Node {
     /// Square of the diagonal of its box.
     pub fn diagonal(&self) -> f64 {
         self.low.distance_squared(self.high)
+    }
+
+    /// What factors between patches of two nodes are like, about, were nothing in the way.
+    pub fn factor(&self, other: &Self) -> f64 {
+        let gap = (other.low - self.high).max(self.low - other.high).max(DVec3::ZERO).length();
+        let distance = gap + 0.25 * (self.diagonal().sqrt() + other.diagonal().sqrt());
+        0.25 * self.patch.max(other.patch) / (PI * distance * distance)
     }
 
     /// Which of two nodes is rather split.
@@ -138,6 +149,7 @@ impl Tree {
             }),
             count: 8,
             inside: Vec::new(),
+            patch: 0.0,
         };
         let normal = extents[patches[0] as usize].normal;
         let [origin, second, ..] = *corners(patches[0]) else { return node };

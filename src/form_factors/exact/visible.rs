@@ -28,13 +28,13 @@ const SMALL: f64 = 0.4;
 
 /// Triangles are split so often at most to be small; those of pairs that matter much, more often.
 const SPLITS: u32 = 2;
-const MOST_SPLITS: u32 = 7;
+const MOST_SPLITS: u32 = 9;
 
 /// More points are asked if their view of the blockers differs by more than this, times the effort.
 const SPREAD: f64 = 0.2;
 
 /// Shadow rays of a pair of the mean factor that is all in doubt, and of any pair.
-const RAYS: f64 = 256.0;
+const RAYS: f64 = 192.0;
 const LEAST_RAYS: usize = 16;
 pub(super) const MOST_RAYS: usize = 1024;
 
@@ -237,7 +237,7 @@ impl Pair<'_> {
     fn view(&self, (from, to): (usize, usize), finer: u32, room: &mut Room) -> Seen {
         let mut seen = Seen::default();
         let splits = match self.effort {
-            e if e > 8.0 => MOST_SPLITS,
+            e if e > 4.0 => MOST_SPLITS,
             e if e > 2.0 => SPLITS + 1,
             _ => SPLITS,
         };
@@ -459,7 +459,7 @@ impl Area {
 }
 
 /// Four numbers in 0..1 that look random.
-fn shifts(seed: u64) -> [f64; 4] {
+pub(super) fn shifts(seed: u64) -> [f64; 4] {
     // SplitMix64 (Steele, Lea & Flood 2014).
     let mut state = seed;
     std::array::from_fn(|_| {

@@ -1,0 +1,258 @@
+//! Shadow rays of pairs that matter little: one or a few each, packed 16 to a packet over the pairs
+//! of a row.
+//!
+//! What single rays err by in one pair says nothing about the next; over a row it averages out. How
+//! many a pair gets follows from its factor and the error asked for alone. A first third of them
+//! tells whether the pair is in doubt: only then the others are traced.
+//!
+//! Points of the pairs of one row are stratified among each other: pair c has the c-th point of
+//! Kronecker's four-dimensional sequence, shifted at random for each row, and further rays of the
+//! same pair add Sobol's points to that.
+
+#![allow(clippy::needless_range_loop, reason = "loops over lanes, which become vectors")]
+
+use super::far::Columns;
+use super::model::Model;
+use super::visible::shifts;
+use crate::visibility::{LANES, Lanes, NOTHING, Packet, multiversion};
+
+/// Packets that are made and traced at a time.
+const PACKETS: usize = 32;
+
+/// Of the rays of a pair in doubt, one in so many is traced first.
+const PILOT: u32 = 3;
+
+/// Powers of the inverse of the root of x⁵ = x + 1, in units of 2⁻³²: the step of the sequence in each
+/// dimension (Roberts 2018, "The unreasonable effectiveness of quasirandom sequences").
+const STEPS: [u32; 4] = [0xdb4f_0b91, 0xbbe0_5633, 0xa0f2_ec75, 0x89e1_8285];
+
+/// A pair that rays are asked for.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Asked {
+    /// Place of the second patch in the order of the tree.
+    pub column: u32,
+    /// S in m² with nothing in the way.
+    pub exchange: f64,
+    /// Rays that it gets if it is in doubt.
+    pub rays: u32,
+    /// The kernel along all its rays, and along those that nothing blocks.
+    all: f32,
+    clear: f32,
+}
+
+impl Asked {
+    pub fn new(column: usize, exchange: f64, rays: u32) -> Self {
+        Self { column: column as u32, exchange, rays, all: 0.0, clear: 0.0 }
+    }
+
+    fn in_doubt(&self) -> bool {
+        self.clear > 0.0 && self.clear < self.all
+    }
+
+    /// The visible share.
+    pub fn visible(&self) -> f64 {
+        if self.all > 0.0 { f64::from(self.clear / self.all) } else { 1.0 }
+    }
+}
+
+/// Rays of the pairs of a row; reused.
+#[derive(Debug, Default)]
+pub(super) struct Probes {
+    pub asked: Vec<Asked>,
+    /// For each ray the pair (a place in `asked`) and its number among those of the pair.
+    rays: Vec<(u32, u32)>,
+    packets: Vec<Packet>,
+    weights: Vec<Lanes>,
+    blocked: Vec<u16>,
+    /// Rays traced so far.
+    pub count: u64,
+}
+
+/// The rays of a packet before they are cast.
+struct Aims {
+    /// The second patch of each.
+    column: [u32; LANES],
+    /// What is added to the pair's point.
+    sample: [Lanes; 4],
+}
+
+/// The patch that rays begin on, and where its sequence begins.
+struct Start {
+    row: usize,
+    shift: [u32; 4],
+    own: u32,
+}
+
+impl Probes {
+    /// Traces what is asked for between the patch at `row` and others.
+    pub fn trace(&mut self, model: &Model<'_>, row: usize, seed: u32) {
+        let shift =
+            shifts(u64::from(seed) << 32 ^ row as u64).map(|x| (x * 4_294_967_296.0) as u32);
+        let own = model.pieces(row).first().and_then(|p| p.own).unwrap_or(NOTHING);
+        let start = Start { row, shift, own };
+        for doubtful in [false, true] {
+            self.rays.clear();
+            for (k, a) in (0..).zip(&self.asked) {
+                let pilot = a.rays.div_ceil(PILOT);
+                let numbers = match doubtful {
+                    false => 0..pilot,
+                    true if a.in_doubt() => pilot..a.rays,
+                    true => 0..0,
+                };
+                self.rays.extend(numbers.map(|n| (k, n)));
+            }
+            self.cast(model, &start);
+        }
+    }
+
+    fn cast(&mut self, model: &Model<'_>, start: &Start) {
+        self.count += self.rays.len() as u64;
+        for rays in self.rays.chunks(PACKETS * LANES) {
+            let packets = rays.len().div_ceil(LANES);
+            self.packets.resize(packets, Packet::EMPTY);
+            self.weights.resize(packets, [0.0; LANES]);
+            self.blocked.resize(packets, 0);
+            for ((rays, packet), weights) in
+                rays.chunks(LANES).zip(&mut self.packets).zip(&mut self.weights)
+            {
+                let mut aims = Aims { column: [NOTHING; LANES], sample: [[0.0; LANES]; 4] };
+                for (l, &(k, n)) in rays.iter().enumerate() {
+                    aims.column[l] = self.asked[k as usize].column;
+                    let sample = &model.samples[n as usize % model.samples.len()];
+                    for d in 0..4 {
+                        aims.sample[d][l] = sample[d];
+                    }
+                }
+                aim(&model.columns, start, &aims, packet, weights);
+            }
+            model.bvh.blocked(&self.packets, &mut self.blocked);
+            for (r, &(k, _)) in rays.iter().enumerate() {
+                let (p, l) = (r / LANES, r % LANES);
+                let (asked, weight) = (&mut self.asked[k as usize], self.weights[p][l]);
+                asked.all += weight;
+                asked.clear += if self.blocked[p] >> l & 1 == 0 { weight } else { 0.0 };
+            }
+        }
+    }
+}
+
+multiversion! {
+    /// Makes rays from `start` to points of other patches, and the kernel along each, up to a factor
+    /// of the pair.
+    fn aim(
+        columns: &Columns,
+        start: &Start,
+        aims: &Aims,
+        packet: &mut Packet,
+        weights: &mut Lanes,
+    ) = aim_kernel
+}
+
+/// A triangle in each lane: corners, normal and centre.
+type Triangles = [[Lanes; 3]; 5];
+
+#[inline(always)]
+fn aim_kernel(
+    columns: &Columns,
+    start: &Start,
+    aims: &Aims,
+    packet: &mut Packet,
+    weights: &mut Lanes,
+) {
+    let mut to: Triangles = [[[0.0; LANES]; 3]; 5];
+    for l in 0..LANES {
+        let at = if aims.column[l] == NOTHING { start.row } else { aims.column[l] as usize };
+        for axis in 0..3 {
+            to[0][axis][l] = number(&columns.corners[axis], at);
+            to[1][axis][l] = number(&columns.corners[3 + axis], at);
+            to[2][axis][l] = number(&columns.corners[6 + axis], at);
+            to[3][axis][l] = number(&columns.normal[axis], at);
+            to[4][axis][l] = number(&columns.centre[axis], at);
+        }
+    }
+    let [a, b, c, n, m] = &to;
+    let ([ax, ay, az], [bx, by, bz], [cx, cy, cz]) = (a, b, c);
+    let ([nx, ny, nz], [mx, my, mz]) = (n, m);
+    let [fx, fy, fz] = [0, 1, 2].map(|k| number(&columns.corners[k], start.row));
+    let [gx, gy, gz] = [3, 4, 5].map(|k| number(&columns.corners[k], start.row));
+    let [hx, hy, hz] = [6, 7, 8].map(|k| number(&columns.corners[k], start.row));
+    let [ux, uy, uz] = [0, 1, 2].map(|k| number(&columns.normal[k], start.row));
+    let [ox, oy, oz] = [0, 1, 2].map(|k| number(&columns.centre[k], start.row));
+    let [s0, s1, s2, s3] = &aims.sample;
+    let Packet { origin: [px, py, pz], direction: [dx, dy, dz], far, own } = packet;
+    for l in 0..LANES {
+        let column = aims.column[l];
+        let u0 = turned(s0[l], start.shift[0], STEPS[0], column);
+        let u1 = turned(s1[l], start.shift[1], STEPS[1], column);
+        let u2 = turned(s2[l], start.shift[2], STEPS[2], column);
+        let u3 = turned(s3[l], start.shift[3], STEPS[3], column);
+        let (s, t) = triangle(u0, u1);
+        let r = 1.0 - s - t;
+        // Heights over the other's plane; a point behind it goes to its triangle's highest corner
+        // until it is before it.
+        let e0 = nx[l] * (fx - mx[l]) + ny[l] * (fy - my[l]) + nz[l] * (fz - mz[l]);
+        let e1 = nx[l] * (gx - mx[l]) + ny[l] * (gy - my[l]) + nz[l] * (gz - mz[l]);
+        let e2 = nx[l] * (hx - mx[l]) + ny[l] * (hy - my[l]) + nz[l] * (hz - mz[l]);
+        let (r, s, t) = before(e0, e1, e2, r, s, t);
+        let height = r * e0 + s * e1 + t * e2;
+        let (x, y, z) =
+            (r * fx + s * gx + t * hx, r * fy + s * gy + t * hy, r * fz + s * gz + t * hz);
+        let (s, t) = triangle(u2, u3);
+        let r = 1.0 - s - t;
+        let e0 = ux * (ax[l] - ox) + uy * (ay[l] - oy) + uz * (az[l] - oz);
+        let e1 = ux * (bx[l] - ox) + uy * (by[l] - oy) + uz * (bz[l] - oz);
+        let e2 = ux * (cx[l] - ox) + uy * (cy[l] - oy) + uz * (cz[l] - oz);
+        let (r, s, t) = before(e0, e1, e2, r, s, t);
+        let other = r * e0 + s * e1 + t * e2;
+        let wx = r * ax[l] + s * bx[l] + t * cx[l] - x;
+        let wy = r * ay[l] + s * by[l] + t * cy[l] - y;
+        let wz = r * az[l] + s * bz[l] + t * cz[l] - z;
+        let r2 = wx * wx + wy * wy + wz * wz;
+        let asked = (column != NOTHING) & (r2 > 0.0) & (height > 0.0) & (other > 0.0);
+        weights[l] = if asked { height * other / (r2 * r2) } else { 0.0 };
+        far[l] = if asked { 1.0 } else { 0.0 };
+        (px[l], py[l], pz[l]) = (x, y, z);
+        (dx[l], dy[l], dz[l]) = (wx, wy, wz);
+        own[l] = start.own;
+    }
+}
+
+#[inline(always)]
+fn number(v: &[f32], at: usize) -> f32 {
+    if at < v.len() { v[at] } else { 0.0 }
+}
+
+/// A sample shifted by the point of a pair, in 0..1.
+#[inline(always)]
+fn turned(sample: f32, shift: u32, step: u32, column: u32) -> f32 {
+    let at = shift.wrapping_add(step.wrapping_mul(column));
+    let u = sample + (at >> 8) as f32 * (1.0 / 16_777_216.0);
+    if u < 1.0 { u } else { u - 1.0 }
+}
+
+/// Barycentric coordinates from the unit square, uniform in area (Heitz 2019, "A low-distortion map
+/// between triangle and square").
+#[inline(always)]
+fn triangle(u: f32, v: f32) -> (f32, f32) {
+    if v > u { (0.5 * u, v - 0.5 * u) } else { (u - 0.5 * v, 0.5 * v) }
+}
+
+/// Barycentric coordinates of a point, moved towards the highest corner if it is below the plane that
+/// the corners have these heights over.
+#[inline(always)]
+fn before(h0: f32, h1: f32, h2: f32, r: f32, s: f32, t: f32) -> (f32, f32, f32) {
+    let height = r * h0 + s * h1 + t * h2;
+    let high = if h0 > h1 { h0 } else { h1 };
+    let high = if high > h2 { high } else { h2 };
+    let way = if height < 0.0 { -height / (high - height) } else { 0.0 };
+    // To the plane, and a third of what is left.
+    let way = if height < 0.0 { way + (1.0 - way) / 3.0 } else { 0.0 };
+    let left = 1.0 - way;
+    let (r, s, t) = (r * left, s * left, t * left);
+    let (first, second) = (high == h0, (high == h1) & (high != h0));
+    (
+        if first { r + way } else { r },
+        if second { s + way } else { s },
+        if first | second { t } else { t + way },
+    )
+}
