@@ -95,7 +95,10 @@ pub fn apart(
     };
     let mut reflected = vec![Rgb::ZERO; 2 * geometry.len()];
     if options.which != Apart::None && !mirrors.is_empty() {
-        let emitters = Emitters::new(geometry, optics, patches, bvh, options, |_| Rgb::ZERO);
+        /// Shadow rays that are good enough for a guess.
+        const FEW: usize = 16;
+        let guess = ApartOptions { shadow: FEW.min(options.shadow), ..options };
+        let emitters = Emitters::new(geometry, optics, patches, bvh, guess, |_| Rgb::ZERO);
         let direct = light.of(&emitters, &mirrors);
         let h = among(factors, patches.len(), &mirrors, &rho, &direct);
         let mut areas = vec![0.0; reflected.len()];

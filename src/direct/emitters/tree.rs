@@ -18,7 +18,7 @@ use crate::visibility::{Bvh, LANES};
 const FAR: f32 = 20.0;
 
 /// Largest ratio of radiances that a mean stands for.
-const ALIKE: f64 = 1.5;
+const ALIKE: f64 = 2.0;
 
 /// What rounding may add to a distance or an angle.
 const MARGIN: f32 = 1e-3;
