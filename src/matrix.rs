@@ -182,6 +182,8 @@ pub struct SurfaceRow {
 pub struct Matrix {
     /// The patches.
     pub patches: Patches,
+    /// Area of each patch that its factors are means over, m².
+    areas: Vec<f64>,
     /// Which row is which patch.
     pub layout: Layout,
     held: Held,
@@ -250,7 +252,7 @@ pub fn make_where(
             remedy: if options.enclosure { NOT_CLOSED } else { TO_A_FILE },
         });
     }
-    let areas: Vec<f64> = patches.ids().map(|i| patches.area(i)).collect();
+    let areas = maker.areas(&patches);
     let made = maker.make(&patches, options, &forecast, shelf, &areas, progress)?;
     drop(maker);
     clock.lap("form factors");
@@ -298,7 +300,7 @@ pub fn make_where(
     });
     report.entries = held.entries();
     report.stages = clock.stages;
-    Ok(Matrix { patches, layout, held, sums, scales, report })
+    Ok(Matrix { patches, areas, layout, held, sums, scales, report })
 }
 
 impl Matrix {
@@ -319,7 +321,7 @@ impl Matrix {
     /// Area of the patch of row `i` in m²; 0 for a triangle that takes no part.
     #[must_use]
     pub fn area(&self, i: usize) -> f64 {
-        self.layout.faces[i].patch.map_or(0.0, |p| self.patches.area(p))
+        self.layout.faces[i].patch.map_or(0.0, |p| self.areas[p.index()])
     }
 
     /// Name of the surface of row `i`.
@@ -344,7 +346,7 @@ impl Matrix {
             None => geometry.corners(face.triangle),
         };
         let account = self.account(i);
-        let area = |p| self.patches.area(p);
+        let area = |p: crate::patches::PatchId| self.areas[p.index()];
         SurfaceRow {
             triangle: Some(face.triangle.0),
             side: Some(face.side),

@@ -17,7 +17,7 @@ use hemicube::progress::Progress;
 use hemicube::report::Stage;
 use hemicube::scene::{Scene, SidesChoice};
 
-use crate::args::{FaceSides, Factors};
+use crate::args::{EngineArg, FaceSides, Factors};
 use crate::failure::Failure;
 use crate::input;
 use crate::machine;
@@ -29,7 +29,13 @@ pub fn run(args: &Factors) -> Result<(), Failure> {
     catch_interrupts();
     set_threads(args.threads)?;
     let format = format_of(args)?;
-    let engine = engine_of(&args.light())?;
+    let light = args.light();
+    if light.engine() == EngineArg::Rays && args.error.is_some() {
+        return Err(Failure::input(
+            "--error is not used by factors with --engine rays; leave it out, or use --engine exact",
+        ));
+    }
+    let engine = engine_of(&light)?;
     let sides = match args.sides {
         FaceSides::One => SidesChoice::One,
         FaceSides::Two => SidesChoice::Two,

@@ -25,8 +25,8 @@
 //! negative. Where no ray ends there, all that the factors leave is `lost`: the error of the row.
 //!
 //! # Deviations
-//! - A patch that something parts is taken to be the small cells that belong to it alone, scaled to
-//!   its area.
+//! - A patch that something parts is taken to be the small cells that belong to it alone
+//!   ([`Exact::areas`]): a little less than there is, along what parts it.
 
 mod blockers;
 mod cover;
@@ -110,6 +110,13 @@ impl<'a> Exact<'a> {
     pub fn counts(&self) -> [u64; 3] {
         let c = *self.counts.lock().unwrap_or_else(PoisonError::into_inner);
         [c.pairs, c.partly, c.rays]
+    }
+
+    /// Area of each patch that its factors are means over, m²: without what something stands on, and
+    /// with the parts of neighbours' cells that belong to it.
+    #[must_use]
+    pub fn areas(&self) -> Vec<f64> {
+        self.model.place.iter().map(|&at| self.model.areas[at as usize]).collect()
     }
 
     fn task<'b>(&'b self, wanted: Option<&'b [bool]>) -> Task<'b> {

@@ -73,6 +73,14 @@ impl<'a> Maker<'a> {
         options.report(self.engine())
     }
 
+    /// Area of each patch that its factors are means over, m².
+    pub fn areas(&self, patches: &Patches) -> Vec<f64> {
+        match self {
+            Self::Exact(exact) => exact.areas(),
+            Self::Rows(_) => patches.ids().map(|i| patches.area(i)).collect(),
+        }
+    }
+
     fn counts(&self) -> Option<[u64; 3]> {
         match self {
             Self::Exact(exact) => Some(exact.counts()),

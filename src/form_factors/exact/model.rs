@@ -45,10 +45,8 @@ pub(super) struct Model<'a> {
     pieces: Vec<Piece>,
     /// Where the pieces of each patch begin, in the order of the tree, and where the last end.
     starts: Vec<u32>,
-    /// Nominal area of each patch in m², in the order of the tree.
+    /// Area of the pieces of each patch in m², in the order of the tree.
     pub areas: Vec<f64>,
-    /// That over the area of its pieces.
-    pub scales: Vec<f64>,
     /// Place in the order of the tree of each patch.
     pub place: Vec<u32>,
 }
@@ -77,7 +75,7 @@ impl<'a> Model<'a> {
         let mut tree = Tree::new(&extents, |p| &corners[p as usize], touching);
         let mut place = vec![0; tree.order.len()];
         let (mut pieces, mut starts) = (Vec::new(), vec![0]);
-        let (mut areas, mut scales) = (Vec::new(), Vec::new());
+        let mut areas = Vec::new();
         for (at, &p) in (0..).zip(&tree.order) {
             place[p as usize] = at;
             let mut sum = 0.0;
@@ -96,9 +94,7 @@ impl<'a> Model<'a> {
                 sum += area(corners);
             }
             starts.push(pieces.len() as u32);
-            let nominal = patches.area(PatchId(p));
-            areas.push(nominal);
-            scales.push(if sum > 0.0 { nominal / sum } else { 0.0 });
+            areas.push(if sum > 0.0 { sum } else { patches.area(PatchId(p)) });
         }
         for k in 0..tree.nodes.len() {
             let (from, to) = (tree.nodes[k].from as usize, tree.nodes[k].to as usize);
@@ -124,7 +120,6 @@ impl<'a> Model<'a> {
             pieces,
             starts,
             areas,
-            scales,
             place,
         };
         me.columns = Columns::new(&me);
@@ -175,7 +170,7 @@ impl<'a> Model<'a> {
     /// The one triangle that a patch is, unless it is made of several or something parts it.
     pub fn simple(&self, at: usize) -> Option<&Piece> {
         match self.pieces(at) {
-            [piece] if (self.scales[at] - 1.0).abs() < 1e-9 => Some(piece),
+            [piece] => Some(piece),
             _ => None,
         }
     }

@@ -252,7 +252,7 @@ impl Task<'_> {
                 sum += s * v;
             }
         }
-        sum * model.scales[i] * model.scales[j]
+        sum
     }
 
     /// Sorts out the blockers `given` (a range of the pending ones) between two nodes; `origin` is
