@@ -188,7 +188,7 @@ pub enum LightError {
     NoSky,
     /// It would not fit in memory.
     #[error(
-        "{patches} patches take about {}, {} are allowed; use {}a lower --resolution, or more --memory", amount(*needed), amount(*allowed), proposal.map_or(String::new(), |p| format!("--patch-size {p:.3} (m²) or more, "))
+        "{patches} patches take about {}, {} are allowed; use {}fewer --samples or a lower --resolution, or more --memory", amount(*needed), amount(*allowed), proposal.map_or(String::new(), |p| format!("--patch-size {p:.3} (m²) or more, "))
     )]
     Memory {
         /// Number of patches.

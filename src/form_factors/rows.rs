@@ -198,7 +198,7 @@ pub trait Engine: Send {
 pub enum SinkError {
     /// The rows do not fit in the memory allowed.
     #[error(
-        "the form factors take more than {limit_mib} MiB; use a larger --patch-size, a lower --resolution or more --memory"
+        "the form factors take more than {limit_mib} MiB; use a larger --patch-size, fewer --samples or a lower --resolution, or more --memory"
     )]
     Memory {
         /// The limit in MiB.
