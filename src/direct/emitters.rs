@@ -34,7 +34,7 @@ use crate::scene::{Geometry, Optics, Rgb, Side, luminance};
 use crate::visibility::{Bvh, LANES, NOTHING};
 use lanes::{add_far, weigh};
 pub use pairs::{MOST_SHADOW, Room};
-use pairs::{PAIRS, Seen, on_triangle};
+use pairs::{PAIRS, Seen, point_on};
 use sources::{Source, grouped, sphere, unit_of};
 use tree::{Cut, Tree};
 
@@ -383,7 +383,7 @@ impl<'a> Emitters<'a> {
         let cell = patches.cell(id);
         let corners = cell.corners(g);
         let (normal, own) = (g.normal(cell.triangle, cell.side), self.bvh.solid(cell.triangle));
-        self.light(receiver, |u| (on_triangle(corners, u.x, u.y), normal, own), room)
+        self.light(receiver, |u| (point_on(corners, u.x, u.y), normal, own), room)
     }
 
     /// Mean irradiance over the receiver from a group, as if nothing stood between.

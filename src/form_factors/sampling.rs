@@ -8,7 +8,7 @@
 //! within its cell. So all sets have one ray in each cell, whichever it is, and packets of rays from
 //! neighbouring sets through neighbouring cells go nearly alike.
 
-use std::ops::Range;
+use std::ops::{Mul, Range, Sub};
 
 use glam::Vec3;
 
@@ -125,9 +125,9 @@ impl Random {
         z ^ z >> 31
     }
 
-    /// The next number, uniform in 0..1.
-    pub fn number(&mut self) -> f64 {
-        (self.bits() >> 11) as f64 / (1_u64 << 53) as f64
+    /// The next numbers, uniform in 0..1.
+    pub fn numbers<const N: usize>(&mut self) -> [f64; N] {
+        std::array::from_fn(|_| (self.bits() >> 11) as f64 / (1_u64 << 53) as f64)
     }
 }
 
@@ -229,11 +229,14 @@ fn unit(bits: u32) -> f32 {
 }
 
 /// Barycentric coordinates of two corners, uniform over the triangle (Heitz 2019, "A low-distortion
-/// map between triangle and square").
+/// map between triangle and square"), in either precision.
 #[inline(always)]
-fn on_triangle(u: f32, v: f32) -> (f32, f32) {
-    let (half_u, half_v) = (0.5 * u, 0.5 * v);
-    if v > u { (half_u, v - half_u) } else { (u - half_v, half_v) }
+pub(crate) fn on_triangle<T>(u: T, v: T) -> (T, T)
+where
+    T: Copy + PartialOrd + From<f32> + Mul<Output = T> + Sub<Output = T>,
+{
+    let half = T::from(0.5);
+    if v > u { (half * u, v - half * u) } else { (u - half * v, half * v) }
 }
 
 /// A direction about the third axis, with a density proportional to the cosine (Malley's method: a

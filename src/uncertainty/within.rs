@@ -73,10 +73,12 @@ fn better(options: &mut LightOptions, fixed: bool, error: ErrorReport, target: f
     let allowed = |other: f64| (target - other).max(0.5 * target) * 0.95;
     if let EngineOptions::Rays { rows, direct } = &mut options.engine {
         let excess = error.noise / allowed(error.refinement);
-        let samples = grown(rows.samples as f64, excess, NOISE_POWER).min(MOST_SAMPLES as f64);
-        if excess > 1.0 && samples as usize > rows.samples {
-            let shadow = grown(direct.shadow as f64, excess, NOISE_POWER).min(MOST_SHADOW as f64);
-            (rows.samples, direct.shadow) = (samples as usize, shadow as usize);
+        // Rays are rounded up to a power of two anyway: fewer more would be the same rows again.
+        let samples = grown(rows.samples as f64, excess, NOISE_POWER) as usize;
+        let samples = samples.next_power_of_two().min(MOST_SAMPLES);
+        if excess > 1.0 && samples > rows.samples {
+            let shadow = grown(direct.shadow as f64, excess, NOISE_POWER) as usize;
+            (rows.samples, direct.shadow) = (samples, shadow.min(MOST_SHADOW));
             changed = true;
         }
     }

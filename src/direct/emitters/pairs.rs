@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3};
 use super::sources::Source;
 use super::tree::Cut;
 use super::{Emitters, Group, Receiver, ReceiverPoint};
-use crate::form_factors::sampling::Random;
+use crate::form_factors::sampling::{Random, on_triangle};
 use crate::scene::Rgb;
 use crate::visibility::{LANES, Packet};
 
@@ -144,8 +144,7 @@ impl Emitters<'_> {
         let sum: f64 = room.sums[blocks.clone()].iter().map(|b| f64::from(*b)).sum();
         for half in 0..2 {
             let seed = seed << 8 ^ (*number as u64) << 2 ^ round << 1 ^ half as u64;
-            let mut random = Random::new(seed);
-            let [s0, s1, s2, s3, s4] = std::array::from_fn(|_| random.number());
+            let [s0, s1, s2, s3, s4] = Random::new(seed).numbers();
             let (mut block, mut below) = (blocks.start, 0.0);
             for (i, pair) in self.pairs[half][..each].iter().enumerate() {
                 // One in each of so many equal parts of the sum, in order.
@@ -176,7 +175,7 @@ impl Emitters<'_> {
                     // What is left of the target is the place within the entry.
                     self.tree.at_share((first, end), (rest / weight).clamp(0.0, 1.0))
                 }];
-                let to = on_triangle(s.corners, wrapped(pair[2], s3), wrapped(pair[3], s4));
+                let to = point_on(s.corners, wrapped(pair[2], s3), wrapped(pair[3], s4));
                 let kernel = kernel(s, from, normal, to);
                 if kernel <= 0.0 {
                     continue;
@@ -203,9 +202,8 @@ fn kernel(s: &Source, from: DVec3, normal: DVec3, to: DVec3) -> f64 {
     if here > 0.0 && there > 0.0 && r2 > 0.0 { here * there / (PI * r2 * r2) } else { 0.0 }
 }
 
-/// A point of a triangle, uniform in area (Heitz 2019, "A low-distortion map between triangle and
-/// square").
-pub(super) fn on_triangle([a, b, c]: [DVec3; 3], u: f64, v: f64) -> DVec3 {
-    let (p, q) = if v > u { (0.5 * u, v - 0.5 * u) } else { (u - 0.5 * v, 0.5 * v) };
+/// A point of a triangle, uniform in area.
+pub(super) fn point_on([a, b, c]: [DVec3; 3], u: f64, v: f64) -> DVec3 {
+    let (p, q) = on_triangle(u, v);
     a + (b - a) * p + (c - a) * q
 }

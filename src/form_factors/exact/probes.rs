@@ -13,7 +13,7 @@
 
 use super::far::Columns;
 use super::model::Model;
-use super::visible::shifts;
+use crate::form_factors::sampling::{Random, on_triangle};
 use crate::visibility::{LANES, Lanes, NOTHING, Packet, multiversion};
 
 /// Packets that are made and traced at a time.
@@ -86,8 +86,9 @@ struct Start {
 impl Probes {
     /// Traces what is asked for between the patch at `row` and others.
     pub fn trace(&mut self, model: &Model<'_>, row: usize, seed: u32) {
-        let shift =
-            shifts(u64::from(seed) << 32 ^ row as u64).map(|x| (x * 4_294_967_296.0) as u32);
+        let shift = Random::new(u64::from(seed) << 32 ^ row as u64)
+            .numbers()
+            .map(|x: f64| (x * 4_294_967_296.0) as u32);
         let own = model.pieces(row).first().and_then(|p| p.own).unwrap_or(NOTHING);
         let start = Start { row, shift, own };
         for doubtful in [false, true] {
@@ -186,7 +187,7 @@ fn aim_kernel(
         let u1 = turned(s1[l], start.shift[1], STEPS[1], column);
         let u2 = turned(s2[l], start.shift[2], STEPS[2], column);
         let u3 = turned(s3[l], start.shift[3], STEPS[3], column);
-        let (s, t) = triangle(u0, u1);
+        let (s, t) = on_triangle(u0, u1);
         let r = 1.0 - s - t;
         // Heights over the other's plane; a point behind it goes to its triangle's highest corner
         // until it is before it.
@@ -197,7 +198,7 @@ fn aim_kernel(
         let height = r * e0 + s * e1 + t * e2;
         let (x, y, z) =
             (r * fx + s * gx + t * hx, r * fy + s * gy + t * hy, r * fz + s * gz + t * hz);
-        let (s, t) = triangle(u2, u3);
+        let (s, t) = on_triangle(u2, u3);
         let r = 1.0 - s - t;
         let e0 = ux * (ax[l] - ox) + uy * (ay[l] - oy) + uz * (az[l] - oz);
         let e1 = ux * (bx[l] - ox) + uy * (by[l] - oy) + uz * (bz[l] - oz);
@@ -228,13 +229,6 @@ fn turned(sample: f32, shift: u32, step: u32, column: u32) -> f32 {
     let at = shift.wrapping_add(step.wrapping_mul(column));
     let u = sample + (at >> 8) as f32 * (1.0 / 16_777_216.0);
     if u < 1.0 { u } else { u - 1.0 }
-}
-
-/// Barycentric coordinates from the unit square, uniform in area (Heitz 2019, "A low-distortion map
-/// between triangle and square").
-#[inline(always)]
-fn triangle(u: f32, v: f32) -> (f32, f32) {
-    if v > u { (0.5 * u, v - 0.5 * u) } else { (u - 0.5 * v, 0.5 * v) }
 }
 
 /// Barycentric coordinates of a point, moved towards the highest corner if it is below the plane that

@@ -14,6 +14,7 @@ use super::blockers::{Blocker, NONE};
 use super::cover::{Hidden, MOST, Target, aim, cover};
 use super::model::{Model, Piece};
 use super::unoccluded::{Polygon, area};
+use crate::form_factors::sampling::{Random, on_triangle};
 use crate::visibility::{LANES, Packet};
 
 /// A pair with more blockers is left to rays.
@@ -349,7 +350,7 @@ impl Pair<'_> {
         packets.resize(count / LANES, Packet::EMPTY);
         weights.clear();
         weights.resize(count, 0.0);
-        let shift = shifts(self.seed);
+        let shift: [f64; 4] = Random::new(self.seed).numbers();
         let [p, q] = &self.polygons;
         let (from, to) = (Area::new(p), Area::new(q));
         for (k, s) in model.samples[..count].iter().enumerate() {
@@ -451,22 +452,8 @@ impl Area {
         let k = self.upto.iter().position(|&end| u < end).unwrap_or(0);
         let before = if k > 0 { self.upto[k - 1] } else { 0.0 };
         let u = ((u - before) * self.inverse[k]).min(1.0);
-        // Heitz (2019), "A low-distortion map between triangle and square".
-        let (s, t) = if v > u { (0.5 * u, v - 0.5 * u) } else { (u - 0.5 * v, 0.5 * v) };
+        let (s, t) = on_triangle(u, v);
         let [a, b, c] = self.triangles[k];
         a + b * s + c * t
     }
-}
-
-/// Four numbers in 0..1 that look random.
-pub(super) fn shifts(seed: u64) -> [f64; 4] {
-    // SplitMix64 (Steele, Lea & Flood 2014).
-    let mut state = seed;
-    std::array::from_fn(|_| {
-        state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = state;
-        z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ z >> 31) >> 11) as f64 / (1_u64 << 53) as f64
-    })
 }
