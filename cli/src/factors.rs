@@ -144,7 +144,9 @@ fn write(
             match write_csv(&mut out, rows, bar).and_then(|()| out.flush()) {
                 Err(e) if e.kind() == ErrorKind::Interrupted => Err(ExportError::Cancelled),
                 // Nothing happens if nobody listens.
-                _ => Ok(()),
+                Err(e) if e.kind() == ErrorKind::BrokenPipe => Ok(()),
+                Err(source) => Err(ExportError::Io { path: "stdout".into(), source }),
+                Ok(()) => Ok(()),
             }
         }
     };

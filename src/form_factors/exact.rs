@@ -26,7 +26,8 @@
 //!
 //! # Deviations
 //! - A patch that something parts is taken to be the small cells that belong to it alone
-//!   ([`Exact::areas`]): a little less than there is, along what parts it.
+//!   ([`Exact::areas`]): a little less than there is, along what parts it. One without any such cell
+//!   is taken whole, although neighbours may count parts of it too.
 //! - Far pairs behind crowds of small blockers (`probes`) get few shadow rays, whose points are uniform
 //!   and not weighted by the kernel; a pair whose first rays all agree is not looked at again, so
 //!   faint half-shadows lean towards all or nothing.

@@ -2,6 +2,7 @@
 
 use super::Uncertainty;
 use crate::direct::MOST_SHADOW;
+use crate::form_factors::AssembleError;
 use crate::form_factors::rays::MOST_SAMPLES;
 use crate::patches::Patches;
 use crate::progress::Progress;
@@ -37,6 +38,11 @@ pub fn light_within(
     target: f64,
     progress: &dyn Progress,
 ) -> Result<Solution, LightError> {
+    if !matches!(options.engine, EngineOptions::Rays { .. }) {
+        let mut solution = light(scene, options, progress)?;
+        solution.report.error = Some(error_of(scene, &solution));
+        return Ok(solution);
+    }
     let mut options = *options;
     let fixed = options.patch_size.is_some() || options.adaptive.is_some();
     if !fixed {
@@ -49,13 +55,11 @@ pub fn light_within(
     for _ in 0..TURNS {
         let solution = match (light(scene, &options, progress), best.take()) {
             (Ok(solution), _) => solution,
-            (Err(LightError::Memory { .. }), Some(best)) => return Ok(best),
+            (Err(e), Some(best)) if is_too_much(&e) => return Ok(best),
             (Err(error), _) => return Err(error),
         };
         let mut solution = solution;
-        let field = solution.field(scene);
-        let error = Uncertainty::of(&scene.geometry, &solution, &field).report(&solution);
-        drop(field);
+        let error = error_of(scene, &solution);
         solution.report.error = Some(error);
         if error.total <= target || !better(&mut options, fixed, error, target) {
             return Ok(solution);
@@ -66,13 +70,33 @@ pub fn light_within(
     best.map_or_else(|| light(scene, &options, progress), Ok)
 }
 
+/// What a solution states of itself.
+fn error_of(scene: &Scene, solution: &Solution) -> ErrorReport {
+    let field = solution.field(scene);
+    Uncertainty::of(&scene.geometry, solution, &field).report(solution)
+}
+
+/// Whether there was no room for what was asked.
+fn is_too_much(error: &LightError) -> bool {
+    matches!(
+        error,
+        LightError::Memory { .. }
+            | LightError::Patches(_)
+            | LightError::Assemble(AssembleError::Sink(_))
+    )
+}
+
 /// Asks for more where an error is too large; `false` if there is nothing more to ask for.
 fn better(options: &mut LightOptions, fixed: bool, error: ErrorReport, target: f64) -> bool {
     let mut changed = false;
     // Each may have half; one that needs less leaves the rest to the other.
     let allowed = |other: f64| (target - other).max(0.5 * target) * 0.95;
+    // What both are at most on most of the surface may not add up to what their sum is.
+    let enough =
+        error.noise <= allowed(error.refinement) && error.refinement <= allowed(error.noise);
+    let least = if enough { error.total / target } else { 0.0 };
     if let EngineOptions::Rays { rows, direct } = &mut options.engine {
-        let excess = error.noise / allowed(error.refinement);
+        let excess = (error.noise / allowed(error.refinement)).max(least);
         // Rays are rounded up to a power of two anyway: fewer more would be the same rows again.
         let samples = grown(rows.samples as f64, excess, NOISE_POWER) as usize;
         let samples = samples.next_power_of_two().min(MOST_SAMPLES);
@@ -83,7 +107,7 @@ fn better(options: &mut LightOptions, fixed: bool, error: ErrorReport, target: f
         }
     }
     if let (Some(size), false) = (&mut options.patch_size, fixed) {
-        let excess = error.refinement / allowed(error.noise);
+        let excess = (error.refinement / allowed(error.noise)).max(least);
         if excess > 1.0 {
             *size /= grown(1.0, excess, SIZE_POWER);
             changed = true;

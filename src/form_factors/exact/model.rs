@@ -167,7 +167,7 @@ impl<'a> Model<'a> {
         &self.pieces[self.starts[at] as usize..self.starts[at + 1] as usize]
     }
 
-    /// The one triangle that a patch is, unless it is made of several or something parts it.
+    /// The one triangle that stands for a patch, if it is one.
     pub fn simple(&self, at: usize) -> Option<&Piece> {
         match self.pieces(at) {
             [piece] => Some(piece),

@@ -12,6 +12,9 @@ use super::unoccluded::{exchange, facing};
 use super::visible::{MOST_RAYS, Pair, Room};
 use crate::visibility::{LANES, Lanes};
 
+/// Spreads the bits of a seed over those of pairs.
+const SEED: u64 = 0xd134_2543_de82_ef95;
+
 /// What is known of the blockers between two patches of the tiles.
 const HIDDEN: u16 = 0;
 const SEEN: u16 = 1;
@@ -245,7 +248,7 @@ impl Task<'_> {
                         polygons: polygons.into(),
                         blockers,
                         effort: 0.5 * factor * (1e-3 / self.error),
-                        seed: u64::from(self.seed) << 48 ^ (i as u64) << 32 ^ j as u64,
+                        seed: u64::from(self.seed).wrapping_mul(SEED) ^ (i as u64) << 32 ^ j as u64,
                     };
                     pair.visible(model, room)
                 };

@@ -166,6 +166,9 @@ impl Pair<'_> {
         }
         room.cuts.sort_by_key(|c| c.group);
         let seen = self.by_cover(room);
+        if !seen.all.is_finite() {
+            return self.by_rays(1.0, model, room);
+        }
         if seen.all <= 0.0 {
             return 1.0;
         }
