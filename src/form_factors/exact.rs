@@ -45,6 +45,7 @@ mod shaft;
 mod tests;
 mod tile;
 mod tree;
+mod triangles;
 mod unoccluded;
 mod visible;
 

@@ -16,6 +16,7 @@ use std::f32::consts::FRAC_1_PI;
 use glam::DVec3;
 
 use super::model::Model;
+use super::triangles::{Triangles, pad, stand_in};
 use crate::visibility::{LANES, Lanes, multiversion};
 
 /// Patches nearer than this many sums of radii are left to more points: beyond, the rule errs by
@@ -34,11 +35,9 @@ pub(super) const CLOSELY: f32 = f32::NEG_INFINITY;
 /// Patches in the order of the tree, in units of the scene's radius about its centre.
 #[derive(Debug, Default)]
 pub(super) struct Columns {
-    /// Coordinate `3 k + axis` of the corners.
-    pub corners: [Vec<f32>; 9],
-    pub normal: [Vec<f32>; 3],
-    pub centre: [Vec<f32>; 3],
-    /// Infinite where a patch is no triangle.
+    /// Each patch, or what stands for its pieces.
+    triangles: Triangles,
+    /// Infinite where nothing can stand for a patch.
     radius: Vec<f32>,
     area: Vec<f32>,
 }
@@ -47,26 +46,23 @@ impl Columns {
     pub fn new(model: &Model<'_>) -> Self {
         let mut me = Self::default();
         let scale = model.bvh.scale();
+        let mut pieces = Vec::new();
         for at in 0..model.len() {
-            let first = model.pieces(at).first().map(|p| p.polygon);
-            let corners = first.map_or([DVec3::ZERO; 3], |p| [0, 1, 2].map(|k| p.corners()[k]));
-            let local = corners.map(|c| (c - model.bvh.center()) / scale);
-            let centre = local.iter().sum::<DVec3>() / 3.0;
-            let radius = local.iter().map(|c| c.distance(centre)).fold(0.0, f64::max);
-            let normal = first.map_or(DVec3::ZERO, |p| p.normal);
-            for axis in 0..3 {
-                for k in 0..3 {
-                    me.corners[3 * k + axis].push(local[k][axis] as f32);
-                }
-                me.normal[axis].push(normal[axis] as f32);
-                me.centre[axis].push(centre[axis] as f32);
-            }
-            let simple = model.simple(at).is_some();
-            me.radius.push(if simple { radius as f32 } else { f32::INFINITY });
+            pieces.clear();
+            pieces.extend(model.pieces(at).iter().map(|p| {
+                let local = |k: usize| (p.polygon.corners()[k] - model.bvh.center()) / scale;
+                ([0, 1, 2].map(local), p.polygon.normal)
+            }));
+            let stand_in = stand_in(&pieces, f64::from(NOISE));
+            let (corners, normal) = stand_in.unwrap_or(([DVec3::ZERO; 3], DVec3::ZERO));
+            let centre = corners.iter().sum::<DVec3>() / 3.0;
+            let reach = pieces.iter().flat_map(|p| &p.0).map(|c| c.distance(centre));
+            let radius = reach.fold(0.0, f64::max);
+            me.triangles.push(corners, normal);
+            me.radius.push(if stand_in.is_some() { radius as f32 } else { f32::INFINITY });
             me.area.push((model.areas[at] / (scale * scale)) as f32);
         }
-        let pad = |v: &mut Vec<f32>| v.resize(model.len().next_multiple_of(LANES) + LANES, 0.0);
-        me.corners.iter_mut().chain(&mut me.normal).chain(&mut me.centre).for_each(pad);
+        me.triangles.pad();
         pad(&mut me.radius);
         pad(&mut me.area);
         me
@@ -90,12 +86,12 @@ fn lanes(v: &[f32], at: usize) -> &Lanes {
 #[inline(always)]
 fn exchange_kernel(columns: &Columns, row: usize, from: usize, out: &mut [Lanes]) {
     let number = |v: &[f32]| v.get(row).map_or(0.0, |&x| x);
-    let c = &columns.corners;
+    let Triangles { corners: c, normal, centre } = &columns.triangles;
     let (ax, ay, az) = (number(&c[0]), number(&c[1]), number(&c[2]));
     let (bx, by, bz) = (number(&c[3]), number(&c[4]), number(&c[5]));
     let (cx, cy, cz) = (number(&c[6]), number(&c[7]), number(&c[8]));
-    let [nx, ny, nz] = [0, 1, 2].map(|k| number(&columns.normal[k]));
-    let [mx, my, mz] = [0, 1, 2].map(|k| number(&columns.centre[k]));
+    let [nx, ny, nz] = [0, 1, 2].map(|k| number(&normal[k]));
+    let [mx, my, mz] = [0, 1, 2].map(|k| number(&centre[k]));
     let radius = number(&columns.radius);
     let area = number(&columns.area) * FRAC_1_PI;
     // The rule's points lie half-way from the centre to the corners.
@@ -109,8 +105,8 @@ fn exchange_kernel(columns: &Columns, row: usize, from: usize, out: &mut [Lanes]
         let [px, py, pz] = [0, 1, 2].map(|k| lanes(&c[k], at));
         let [qx, qy, qz] = [3, 4, 5].map(|k| lanes(&c[k], at));
         let [rx, ry, rz] = [6, 7, 8].map(|k| lanes(&c[k], at));
-        let [ux, uy, uz] = [0, 1, 2].map(|k| lanes(&columns.normal[k], at));
-        let [ox, oy, oz] = [0, 1, 2].map(|k| lanes(&columns.centre[k], at));
+        let [ux, uy, uz] = [0, 1, 2].map(|k| lanes(&normal[k], at));
+        let [ox, oy, oz] = [0, 1, 2].map(|k| lanes(&centre[k], at));
         let (radii, areas) = (lanes(&columns.radius, at), lanes(&columns.area, at));
         for l in 0..LANES {
             // Heights of their corners over this plane, and of these over theirs.

@@ -7,6 +7,7 @@ use super::blockers::Blockers;
 use super::far::{CLOSELY, Columns, exchange_with};
 use super::shaft::BlockerTree;
 use super::tree::{Extent, Tree};
+use super::triangles::Triangles;
 use super::unoccluded::{Polygon, area, exchange, facing};
 use super::visible::MOST_RAYS;
 use crate::patches::{Cell, PatchId, Patches};
@@ -36,6 +37,8 @@ pub(super) struct Model<'a> {
     pub blockers: Blockers,
     pub blocker_tree: BlockerTree,
     pub columns: Columns,
+    /// All pieces.
+    pub shapes: Triangles,
     pub coplanar: f64,
     pub touching: f64,
     /// What factors are like: their root-mean-square.
@@ -113,6 +116,7 @@ impl<'a> Model<'a> {
             blockers,
             blocker_tree,
             columns: Columns::default(),
+            shapes: Triangles::default(),
             coplanar,
             touching,
             typical: 1.0,
@@ -123,6 +127,11 @@ impl<'a> Model<'a> {
             place,
         };
         me.columns = Columns::new(&me);
+        for p in &me.pieces {
+            let local = |k: usize| (p.polygon.corners()[k] - bvh.center()) / bvh.scale();
+            me.shapes.push([0, 1, 2].map(local), p.polygon.normal);
+        }
+        me.shapes.pad();
         me.typical = me.find_typical();
         me
     }
@@ -167,17 +176,31 @@ impl<'a> Model<'a> {
         &self.pieces[self.starts[at] as usize..self.starts[at + 1] as usize]
     }
 
-    /// The one triangle that stands for a patch, if it is one.
-    pub fn simple(&self, at: usize) -> Option<&Piece> {
-        match self.pieces(at) {
-            [piece] => Some(piece),
-            _ => None,
-        }
+    /// Whether a patch is one triangle.
+    pub fn is_simple(&self, at: usize) -> bool {
+        self.pieces(at).len() == 1
+    }
+
+    /// Number among all pieces of one of a patch, as likely as it is large if `u` is uniform in 0..1.
+    pub fn piece_at(&self, at: usize, u: f64) -> usize {
+        let first = self.starts[at] as usize;
+        let mut left = u * self.areas[at];
+        let pieces = self.pieces(at);
+        let hit = pieces.iter().position(|p| {
+            left -= p.polygon.area();
+            left < 0.0
+        });
+        first + if pieces.len() == 1 { 0 } else { hit.unwrap_or(0) }
+    }
+
+    /// The solid triangle that a piece lies on.
+    pub fn own(&self, piece: usize) -> Option<u32> {
+        self.pieces.get(piece).and_then(|p| p.own)
     }
 
     /// Bytes of memory that it takes, about.
     pub fn bytes(&self) -> u64 {
-        let pieces = self.pieces.len() * size_of::<Piece>();
+        let pieces = self.pieces.len() * (size_of::<Piece>() + 60);
         let nodes = self.tree.nodes.len() * size_of::<super::tree::Node>();
         let polygons = self.blockers.polygons.len() * 300;
         (pieces + nodes + polygons + self.len() * 120) as u64

@@ -11,8 +11,8 @@
 
 #![allow(clippy::needless_range_loop, reason = "loops over lanes, which become vectors")]
 
-use super::far::Columns;
 use super::model::Model;
+use super::triangles::Triangles;
 use crate::form_factors::sampling::{Random, on_triangle};
 use crate::visibility::{LANES, Lanes, NOTHING, Packet, multiversion};
 
@@ -70,8 +70,12 @@ pub(super) struct Probes {
 
 /// The rays of a packet before they are cast.
 struct Aims {
+    /// The piece that they begin on.
+    from: usize,
     /// The second patch of each.
     column: [u32; LANES],
+    /// The piece of it that it goes to.
+    to: [u32; LANES],
     /// What is added to the pair's point.
     sample: [Lanes; 4],
 }
@@ -80,7 +84,6 @@ struct Aims {
 struct Start {
     row: usize,
     shift: [u32; 4],
-    own: u32,
 }
 
 impl Probes {
@@ -89,8 +92,7 @@ impl Probes {
         let shift = Random::new(u64::from(seed) << 32 ^ row as u64)
             .numbers()
             .map(|x: f64| (x * 4_294_967_296.0) as u32);
-        let own = model.pieces(row).first().and_then(|p| p.own).unwrap_or(NOTHING);
-        let start = Start { row, shift, own };
+        let start = Start { row, shift };
         for doubtful in [false, true] {
             self.rays.clear();
             for (k, a) in (0..).zip(&self.asked) {
@@ -116,15 +118,29 @@ impl Probes {
             for ((rays, packet), weights) in
                 rays.chunks(LANES).zip(&mut self.packets).zip(&mut self.weights)
             {
-                let mut aims = Aims { column: [NOTHING; LANES], sample: [[0.0; LANES]; 4] };
+                // Patches of several pieces: one for each ray, and for all of a packet where they begin.
+                let piece = |patch: usize, (k, n): (u32, u32)| {
+                    let place = u64::from(self.asked[k as usize].column) << 32 | u64::from(n);
+                    let random = || Random::new(place ^ (start.row as u64) << 16);
+                    let u = if model.is_simple(patch) { 0.0 } else { random().numbers::<1>()[0] };
+                    model.piece_at(patch, u)
+                };
+                let mut aims = Aims {
+                    from: piece(start.row, rays[0]),
+                    column: [NOTHING; LANES],
+                    to: [0; LANES],
+                    sample: [[0.0; LANES]; 4],
+                };
                 for (l, &(k, n)) in rays.iter().enumerate() {
                     aims.column[l] = self.asked[k as usize].column;
+                    aims.to[l] = piece(aims.column[l] as usize, (k, n)) as u32;
                     let sample = &model.samples[n as usize % model.samples.len()];
                     for d in 0..4 {
                         aims.sample[d][l] = sample[d];
                     }
                 }
-                aim(&model.columns, start, &aims, packet, weights);
+                packet.own = [model.own(aims.from).unwrap_or(NOTHING); LANES];
+                aim(&model.shapes, start, &aims, packet, weights);
             }
             model.bvh.blocked(&self.packets, &mut self.blocked);
             for (r, &(k, _)) in rays.iter().enumerate() {
@@ -141,7 +157,7 @@ multiversion! {
     /// Makes rays from `start` to points of other patches, and the kernel along each, up to a factor
     /// of the pair.
     fn aim(
-        columns: &Columns,
+        shapes: &Triangles,
         start: &Start,
         aims: &Aims,
         packet: &mut Packet,
@@ -149,38 +165,35 @@ multiversion! {
     ) = aim_kernel
 }
 
-/// A triangle in each lane: corners, normal and centre.
-type Triangles = [[Lanes; 3]; 5];
-
 #[inline(always)]
 fn aim_kernel(
-    columns: &Columns,
+    shapes: &Triangles,
     start: &Start,
     aims: &Aims,
     packet: &mut Packet,
     weights: &mut Lanes,
 ) {
-    let mut to: Triangles = [[[0.0; LANES]; 3]; 5];
+    let mut to = [[[0.0; LANES]; 3]; 5];
     for l in 0..LANES {
-        let at = if aims.column[l] == NOTHING { start.row } else { aims.column[l] as usize };
+        let at = aims.to[l] as usize;
         for axis in 0..3 {
-            to[0][axis][l] = number(&columns.corners[axis], at);
-            to[1][axis][l] = number(&columns.corners[3 + axis], at);
-            to[2][axis][l] = number(&columns.corners[6 + axis], at);
-            to[3][axis][l] = number(&columns.normal[axis], at);
-            to[4][axis][l] = number(&columns.centre[axis], at);
+            to[0][axis][l] = number(&shapes.corners[axis], at);
+            to[1][axis][l] = number(&shapes.corners[3 + axis], at);
+            to[2][axis][l] = number(&shapes.corners[6 + axis], at);
+            to[3][axis][l] = number(&shapes.normal[axis], at);
+            to[4][axis][l] = number(&shapes.centre[axis], at);
         }
     }
     let [a, b, c, n, m] = &to;
     let ([ax, ay, az], [bx, by, bz], [cx, cy, cz]) = (a, b, c);
     let ([nx, ny, nz], [mx, my, mz]) = (n, m);
-    let [fx, fy, fz] = [0, 1, 2].map(|k| number(&columns.corners[k], start.row));
-    let [gx, gy, gz] = [3, 4, 5].map(|k| number(&columns.corners[k], start.row));
-    let [hx, hy, hz] = [6, 7, 8].map(|k| number(&columns.corners[k], start.row));
-    let [ux, uy, uz] = [0, 1, 2].map(|k| number(&columns.normal[k], start.row));
-    let [ox, oy, oz] = [0, 1, 2].map(|k| number(&columns.centre[k], start.row));
+    let [fx, fy, fz] = [0, 1, 2].map(|k| number(&shapes.corners[k], aims.from));
+    let [gx, gy, gz] = [3, 4, 5].map(|k| number(&shapes.corners[k], aims.from));
+    let [hx, hy, hz] = [6, 7, 8].map(|k| number(&shapes.corners[k], aims.from));
+    let [ux, uy, uz] = [0, 1, 2].map(|k| number(&shapes.normal[k], aims.from));
+    let [ox, oy, oz] = [0, 1, 2].map(|k| number(&shapes.centre[k], aims.from));
     let [s0, s1, s2, s3] = &aims.sample;
-    let Packet { origin: [px, py, pz], direction: [dx, dy, dz], far, own } = packet;
+    let Packet { origin: [px, py, pz], direction: [dx, dy, dz], far, .. } = packet;
     for l in 0..LANES {
         let column = aims.column[l];
         let u0 = turned(s0[l], start.shift[0], STEPS[0], column);
@@ -214,7 +227,6 @@ fn aim_kernel(
         far[l] = if asked { 1.0 } else { 0.0 };
         (px[l], py[l], pz[l]) = (x, y, z);
         (dx[l], dy[l], dz[l]) = (wx, wy, wz);
-        own[l] = start.own;
     }
 }
 

@@ -177,11 +177,12 @@ impl Task<'_> {
                     continue;
                 }
                 let rays = self.rays(factor);
-                if s != CLOSELY && left_to_rays(between, rays) {
+                let simple = self.model.is_simple(r) && self.model.is_simple(c);
+                if s != CLOSELY && (left_to_rays(between, rays) || known && !simple) {
                     work.probes.asked.push(Asked::new(c, rough, rays));
                     continue;
                 }
-                let known = (s > 0.0).then_some(rough);
+                let known = (s > 0.0 && simple).then_some(rough);
                 let s = self.closely(r, c, known, between, &mut work.room);
                 work.found.push((c, s, class != SEEN));
             }
