@@ -483,6 +483,14 @@ impl Patches {
         }
     }
 
+    /// Both ends of each line along which something stands on, or passes through, a cell, in the
+    /// coordinates `uv` of its source triangle.
+    pub(crate) fn contacts_in(&self, cell: &Cell) -> impl Iterator<Item = [DVec2; 2]> + '_ {
+        let corners = cell.barycentric().map(|l| DVec2::new(l.y, l.z));
+        let lines = self.contacts.of(side_index(cell.triangle, cell.side));
+        lines.iter().filter(move |l| l.enters(corners)).map(|l| [l.from, l.to])
+    }
+
     /// The patch that a point in the cell of patch `id` belongs to, by its barycentric coordinates.
     pub(crate) fn owner(&self, id: PatchId, l: DVec3) -> PatchId {
         self.cuts.owner(id, || self.cell(id).local(l), DVec2::new(l.y, l.z))

@@ -39,6 +39,7 @@ mod cover;
 mod far;
 mod matrix;
 mod model;
+mod parts;
 mod probes;
 mod shaft;
 #[cfg(test)]

@@ -2,15 +2,17 @@
 //! and what may lie between them.
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use super::blockers::Blockers;
 use super::far::{CLOSELY, Columns, exchange_with};
+use super::parts::{Part, parts_of};
 use super::shaft::BlockerTree;
 use super::tree::{Extent, Tree};
 use super::triangles::Triangles;
 use super::unoccluded::{Polygon, area, exchange, facing};
 use super::visible::MOST_RAYS;
-use crate::patches::{Cell, PatchId, Patches};
+use crate::patches::{PatchId, Patches};
 use crate::scene::Geometry;
 use crate::visibility::{Bvh, LANES, ROUNDING};
 
@@ -58,18 +60,15 @@ impl<'a> Model<'a> {
     pub fn new(geometry: &Geometry, patches: &Patches, bvh: &'a Bvh) -> Self {
         let (coplanar, touching) = (COPLANAR * bvh.scale(), TOUCHING * bvh.scale());
         let blockers = Blockers::new(geometry, touching);
-        let cells = cells_of(patches);
-        let corners: Vec<Vec<DVec3>> = cells
-            .iter()
-            .map(|cells| cells.iter().flat_map(|c| c.corners(geometry)).collect())
-            .collect();
-        let extents: Vec<Extent> = cells
+        let parts = parts_of(geometry, patches);
+        let corners: Vec<Vec<DVec3>> =
+            parts.iter().map(|parts| parts.iter().flat_map(|p| p.corners).collect()).collect();
+        let extents: Vec<Extent> = parts
             .iter()
             .zip(&corners)
-            .map(|(cells, corners)| {
-                let normal = |c: &Cell| geometry.normal(c.triangle, c.side);
-                let first = cells.first().map_or(DVec3::ZERO, normal);
-                let flat = cells.iter().all(|c| normal(c).dot(first) > 1.0 - 1e-9);
+            .map(|(parts, corners)| {
+                let first = parts.first().map_or(DVec3::ZERO, |p| p.normal);
+                let flat = parts.iter().all(|p| p.normal.dot(first) > 1.0 - 1e-9);
                 let low = corners.iter().fold(DVec3::INFINITY, |l, &c| l.min(c));
                 let high = corners.iter().fold(DVec3::NEG_INFINITY, |h, &c| h.max(c));
                 Extent { low, high, normal: if flat { first } else { DVec3::ZERO } }
@@ -77,28 +76,27 @@ impl<'a> Model<'a> {
             .collect();
         let mut tree = Tree::new(&extents, |p| &corners[p as usize], touching);
         let mut place = vec![0; tree.order.len()];
-        let (mut pieces, mut starts) = (Vec::new(), vec![0]);
-        let mut areas = Vec::new();
         for (at, &p) in (0..).zip(&tree.order) {
             place[p as usize] = at;
-            let mut sum = 0.0;
-            for c in &cells[p as usize] {
-                let corners = c.corners(geometry);
-                let normal = geometry.normal(c.triangle, c.side);
-                let corners = match c.side {
-                    crate::scene::Side::Front => corners,
-                    crate::scene::Side::Back => [corners[0], corners[2], corners[1]],
-                };
-                let inner = corners.iter().sum::<DVec3>() / 3.0 + normal * (10.0 * touching);
-                let holds = |b: &u32| blockers.bodies[*b as usize].holds(inner);
-                let inside = (0..blockers.bodies.len() as u32).filter(holds).collect();
-                let polygon = Polygon::triangle(corners, normal);
-                pieces.push(Piece { polygon, own: bvh.solid(c.triangle), inside });
-                sum += area(corners);
+        }
+        let piece = |part: &Part| {
+            let inner = part.corners.iter().sum::<DVec3>() / 3.0 + part.normal * (10.0 * touching);
+            let holds = |b: &u32| blockers.bodies[*b as usize].holds(inner);
+            Piece {
+                polygon: Polygon::triangle(part.corners, part.normal),
+                own: bvh.solid(part.triangle),
+                inside: (0..blockers.bodies.len() as u32).filter(holds).collect(),
             }
-            starts.push(pieces.len() as u32);
+        };
+        let in_order = || tree.order.iter().map(|&p| &parts[p as usize]);
+        let (mut starts, mut areas) = (vec![0], Vec::with_capacity(place.len()));
+        for (parts, &p) in in_order().zip(&tree.order) {
+            starts.push(starts[starts.len() - 1] + parts.len() as u32);
+            let sum: f64 = parts.iter().map(|p| area(p.corners)).sum();
             areas.push(if sum > 0.0 { sum } else { patches.area(PatchId(p)) });
         }
+        let pieces: Vec<Part> = in_order().flatten().copied().collect();
+        let pieces: Vec<Piece> = pieces.par_iter().map(piece).collect();
         for k in 0..tree.nodes.len() {
             let (from, to) = (tree.nodes[k].from as usize, tree.nodes[k].to as usize);
             let range = starts[from] as usize..starts[to] as usize;
@@ -205,73 +203,4 @@ impl<'a> Model<'a> {
         let polygons = self.blockers.polygons.len() * 300;
         (pieces + nodes + polygons + self.len() * 120) as u64
     }
-}
-
-/// The cells that each patch consists of: whole triangles if it is a cluster; where something parts
-/// it, small ones that belong to it alone.
-fn cells_of(patches: &Patches) -> Vec<Vec<Cell>> {
-    let mut cells: Vec<Vec<Cell>> = patches.ids().map(|_| Vec::new()).collect();
-    for id in patches.ids() {
-        if patches.is_parted(id) {
-            share_out(patches, patches.cell(id), SPLITS, &mut cells);
-        } else {
-            cells[id.index()].extend(patches.pieces(id));
-        }
-    }
-    for id in patches.ids().filter(|&id| patches.is_parted(id)) {
-        // Nothing found that is its own: all of it stands for it.
-        if cells[id.index()].is_empty() {
-            cells[id.index()].push(patches.cell(id));
-        }
-    }
-    cells
-}
-
-/// A parted patch is split so often to find what belongs to whom.
-const SPLITS: u32 = 5;
-
-/// Hands a cell, or parts of it, to whom it belongs; parts that belong to several are nobody's.
-/// Returns the owner if it is one.
-fn share_out(
-    patches: &Patches,
-    cell: Cell,
-    depth: u32,
-    cells: &mut [Vec<Cell>],
-) -> Option<PatchId> {
-    let mut parts = Vec::new();
-    let owner = owners(patches, cell, depth, &mut parts);
-    match owner {
-        Some(owner) => cells[owner.index()].push(cell),
-        None => parts.into_iter().for_each(|(id, cell)| cells[id.index()].push(cell)),
-    }
-    owner
-}
-
-/// The one owner of a cell; if it has none, its parts are added to `parts`.
-fn owners(
-    patches: &Patches,
-    cell: Cell,
-    depth: u32,
-    parts: &mut Vec<(PatchId, Cell)>,
-) -> Option<PatchId> {
-    if depth == 0 {
-        // Drawn in a little: corners on a line are nobody's.
-        const CORNERS: [[f64; 3]; 4] =
-            [[0.98, 0.01, 0.01], [0.01, 0.98, 0.01], [0.01, 0.01, 0.98], [1.0 / 3.0; 3]];
-        let at = |c: [f64; 3]| patches.at(cell.point(DVec3::from_array(c)));
-        let owner = at(CORNERS[3])?;
-        return CORNERS[..3].iter().all(|&c| at(c) == Some(owner)).then_some(owner);
-    }
-    let mut own = Vec::new();
-    let children = cell.children().map(|child| {
-        let owner = owners(patches, child, depth - 1, &mut own);
-        (owner, child)
-    });
-    let first = children[0].0;
-    if first.is_some() && children.iter().all(|c| c.0 == first) {
-        return first;
-    }
-    parts.extend(children.into_iter().filter_map(|(owner, child)| Some((owner?, child))));
-    parts.append(&mut own);
-    None
 }
