@@ -104,8 +104,8 @@ pub fn apart(
         let mut areas = vec![0.0; reflected.len()];
         for &i in &mirrors {
             let side = light.side(i.index());
-            reflected[side] += rho[i.index()] * h[i.index()] * patches.area(i);
-            areas[side] += patches.area(i);
+            reflected[side] += rho[i.index()] * h[i.index()] * patches.own_area(i);
+            areas[side] += patches.own_area(i);
         }
         for &i in &mirrors {
             let side = light.side(i.index());

@@ -339,8 +339,8 @@ fn reflected_by_emitters(scene: &Scene, patches: &Patches, field: &Field<'_>) ->
         if scene.optics.emission(triangle, side) != Rgb::ZERO {
             let (sum, area) = &mut sums[side_index(triangle, side)];
             let rho = scene.optics.reflectance[triangle.index()];
-            *sum += rho * field.of_patches()[i.index()] * patches.area(i);
-            *area += patches.area(i);
+            *sum += rho * field.of_patches()[i.index()] * patches.own_area(i);
+            *area += patches.own_area(i);
         }
     }
     for t in scene.geometry.ids() {

@@ -18,12 +18,13 @@ mod cell;
 mod clustered;
 mod contact;
 mod cut;
+mod parts;
 
 use glam::{DVec2, DVec3};
 use thiserror::Error;
 
 use std::collections::HashMap;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 pub use adaptive::SplitCells;
 pub(crate) use box_tree::BoxTree;
@@ -32,6 +33,7 @@ use clustered::Members;
 pub use clustered::{MAX_ANGLE, MAX_DIAMETER};
 use contact::{ContactLines, Plane};
 use cut::Cuts;
+use parts::Parts;
 
 use crate::scene::{Geometry, Side, TriangleId};
 
@@ -148,6 +150,8 @@ pub struct Patches {
     members: Members,
     contacts: Arc<ContactLines>,
     cuts: Cuts,
+    /// What belongs to patches where contacts part them, found when first asked for.
+    parts: OnceLock<Parts>,
     /// Points that stand for their patch where the centroid is covered.
     origins: HashMap<PatchId, SurfacePoint>,
     /// Of an adaptive mesh, the uniform one that it coarsens.
@@ -202,6 +206,7 @@ impl Patches {
             members: Members::default(),
             contacts: Arc::new(contacts),
             cuts: Cuts::default(),
+            parts: OnceLock::new(),
             origins: HashMap::new(),
             finest: None,
         };
@@ -452,6 +457,7 @@ impl Patches {
     pub fn with_origins(mut self, origins: HashMap<PatchId, SurfacePoint>) -> Self {
         self.origins = origins;
         self.cuts = Cuts::find(&self, &self.contacts);
+        self.parts = OnceLock::new();
         self
     }
 
@@ -472,23 +478,6 @@ impl Patches {
     #[inline(always)]
     pub(crate) fn is_cut(&self, id: PatchId) -> bool {
         self.cuts.is_cut(id)
-    }
-
-    /// Whether some points in the cell of a patch may belong to others.
-    pub(crate) fn is_parted(&self, id: PatchId) -> bool {
-        let cell = self.cell(id);
-        match &self.finest {
-            Some(finest) => finest.patches.has_cuts(side_index(cell.triangle, cell.side)),
-            None => self.is_cut(id),
-        }
-    }
-
-    /// Both ends of each line along which something stands on, or passes through, a cell, in the
-    /// coordinates `uv` of its source triangle.
-    pub(crate) fn contacts_in(&self, cell: &Cell) -> impl Iterator<Item = [DVec2; 2]> + '_ {
-        let corners = cell.barycentric().map(|l| DVec2::new(l.y, l.z));
-        let lines = self.contacts.of(side_index(cell.triangle, cell.side));
-        lines.iter().filter(move |l| l.enters(corners)).map(|l| [l.from, l.to])
     }
 
     /// The patch that a point in the cell of patch `id` belongs to, by its barycentric coordinates.
@@ -541,28 +530,6 @@ impl Patches {
             Some((triangle, x)) => cell.on(triangle).sample(DVec2::new(x, u.y)),
             None => cell.sample(u),
         }
-    }
-
-    /// The same, but on the part of a patch that belongs to it where something parts it: as uniform
-    /// there as a sequence of points is that is moved on until it falls on that part.
-    #[must_use]
-    pub fn sample_own(&self, id: PatchId, u: DVec2) -> SurfacePoint {
-        /// Steps that fill the unit square evenly (Roberts 2018, the sequence R2).
-        const STEP: DVec2 = DVec2::new(0.754_877_666_246_692_8, 0.569_840_290_998_053_3);
-        /// Parts smaller than a few hundredths of the patch are not found.
-        const TRIES: usize = 32;
-        if !self.is_parted(id) {
-            return self.sample(id, u);
-        }
-        let mut u = u;
-        for _ in 0..TRIES {
-            let p = self.sample(id, u);
-            if self.at(p) == Some(id) {
-                return p;
-            }
-            u = (u + STEP).fract();
-        }
-        self.origin(id)
     }
 
     /// The centroid of a patch; of a cluster, that of the member that stands for it.

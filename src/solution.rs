@@ -384,7 +384,7 @@ fn lit_by(
     for (direct, lamps) in direct.iter_mut().zip(lamps) {
         *direct += *lamps;
     }
-    let areas: Vec<f64> = patches.ids().map(|i| patches.area(i)).collect();
+    let areas: Vec<f64> = patches.ids().map(|i| patches.own_area(i)).collect();
     let all: Vec<Rgb> = direct.iter().map(|d| d.irradiance).collect();
     let system = System { factors: &factors, rho: &rho, direct: &all, areas: &areas };
     progress.stage("solve", 0);

@@ -25,9 +25,6 @@
 //! negative. Where no ray ends there, all that the factors leave is `lost`: the error of the row.
 //!
 //! # Deviations
-//! - A patch that something parts is taken to be the small cells that belong to it alone
-//!   ([`Exact::areas`]): a little less than there is, along what parts it. One without any such cell
-//!   is taken whole, although neighbours may count parts of it too.
 //! - Far pairs behind crowds of small blockers (`probes`) get few shadow rays, whose points are uniform
 //!   and not weighted by the kernel; a pair whose first rays all agree is not looked at again, so
 //!   faint half-shadows lean towards all or nothing.
@@ -39,7 +36,6 @@ mod cover;
 mod far;
 mod matrix;
 mod model;
-mod parts;
 mod probes;
 mod shaft;
 #[cfg(test)]
@@ -120,8 +116,7 @@ impl<'a> Exact<'a> {
         [c.pairs, c.partly, c.rays]
     }
 
-    /// Area of each patch that its factors are means over, m²: without what something stands on, and
-    /// with the parts of neighbours' cells that belong to it.
+    /// Area in m² of each patch that its factors are means over: [`Patches::own_area`].
     #[must_use]
     pub fn areas(&self) -> Vec<f64> {
         self.model.place.iter().map(|&at| self.model.areas[at as usize]).collect()

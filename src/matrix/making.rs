@@ -77,7 +77,7 @@ impl<'a> Maker<'a> {
     pub fn areas(&self, patches: &Patches) -> Vec<f64> {
         match self {
             Self::Exact(exact) => exact.areas(),
-            Self::Rows(_) => patches.ids().map(|i| patches.area(i)).collect(),
+            Self::Rows(_) => patches.ids().map(|i| patches.own_area(i)).collect(),
         }
     }
 

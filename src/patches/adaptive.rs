@@ -177,6 +177,7 @@ impl SplitCells {
             members: super::Members::default(),
             contacts: finest.contacts.clone(),
             cuts: super::Cuts::default(),
+            parts: std::sync::OnceLock::new(),
             origins: std::collections::HashMap::new(),
             finest: Some(Finest { patches: finest.clone(), patch_of }),
         }

@@ -1,19 +1,18 @@
 //! What the engine keeps of a scene: the pieces that patches consist of, the hierarchy over patches,
 //! and what may lie between them.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::blockers::Blockers;
 use super::far::{CLOSELY, Columns, exchange_with};
-use super::parts::{Part, parts_of};
 use super::shaft::BlockerTree;
 use super::tree::{Extent, Tree};
 use super::triangles::Triangles;
 use super::unoccluded::{Polygon, area, exchange, facing};
 use super::visible::MOST_RAYS;
-use crate::patches::{PatchId, Patches};
-use crate::scene::Geometry;
+use crate::patches::{PatchId, Patches, at_barycentric};
+use crate::scene::{Geometry, Side, TriangleId};
 use crate::visibility::{Bvh, LANES, ROUNDING};
 
 /// Heights below this share of the scene's radius are none: what lies in one plane exchanges nothing.
@@ -60,7 +59,7 @@ impl<'a> Model<'a> {
     pub fn new(geometry: &Geometry, patches: &Patches, bvh: &'a Bvh) -> Self {
         let (coplanar, touching) = (COPLANAR * bvh.scale(), TOUCHING * bvh.scale());
         let blockers = Blockers::new(geometry, touching);
-        let parts = parts_of(geometry, patches);
+        let parts: Vec<Vec<Part>> = patches.ids().map(|id| parts(geometry, patches, id)).collect();
         let corners: Vec<Vec<DVec3>> =
             parts.iter().map(|parts| parts.iter().flat_map(|p| p.corners).collect()).collect();
         let extents: Vec<Extent> = parts
@@ -202,5 +201,38 @@ impl<'a> Model<'a> {
         let nodes = self.tree.nodes.len() * size_of::<super::tree::Node>();
         let polygons = self.blockers.polygons.len() * 300;
         (pieces + nodes + polygons + self.len() * 120) as u64
+    }
+}
+
+/// A triangle that belongs to a patch.
+#[derive(Debug, Clone, Copy)]
+struct Part {
+    /// The source triangle that it lies on.
+    triangle: TriangleId,
+    /// Counter-clockwise about the normal.
+    corners: [DVec3; 3],
+    /// Unit normal of the side.
+    normal: DVec3,
+}
+
+/// All that belongs to a patch.
+fn parts(geometry: &Geometry, patches: &Patches, id: PatchId) -> Vec<Part> {
+    let part = |triangle, side, [a, b, c]: [DVec3; 3]| {
+        let corners = match side {
+            Side::Front => [a, b, c],
+            Side::Back => [a, c, b],
+        };
+        Part { triangle, corners, normal: geometry.normal(triangle, side) }
+    };
+    let cell = patches.cell(id);
+    let source = geometry.corners(cell.triangle);
+    match patches.parts(id) {
+        Some(parts) => parts
+            .map(|uv| {
+                let at = |p: DVec2| at_barycentric(source, DVec3::new(1.0 - p.x - p.y, p.x, p.y));
+                part(cell.triangle, cell.side, uv.map(at))
+            })
+            .collect(),
+        None => patches.pieces(id).map(|c| part(c.triangle, c.side, c.corners(geometry))).collect(),
     }
 }
