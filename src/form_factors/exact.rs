@@ -52,6 +52,7 @@ use rayon::prelude::*;
 
 use super::rays::{Rays, RaysOptions};
 use super::rows::{Engine, EngineError, Row, Weights};
+use super::stored::RowAccount;
 use crate::patches::{PatchId, Patches};
 use crate::scene::Geometry;
 use crate::visibility::Bvh;
@@ -141,20 +142,16 @@ impl<'a> Exact<'a> {
         result
     }
 
-    /// Finds out where what the factors of a row leave of 1 ends.
-    fn account(&self, id: PatchId, row: &mut Row, rays: &mut Row) {
+    /// Finds out where what the factors of a row leave of 1, if they add up to `sum`, ends.
+    fn account(&self, id: PatchId, sum: f64, rays: &mut Row) -> RowAccount {
         self.rays.row(id, rays);
-        let rest = 1.0 - row.weights.sum();
-        let (environment, back) = (rays.environment, rays.back);
-        let gone = environment + back;
-        if gone > 0.0 {
-            let noise = 3.0 * (gone * (1.0 - gone).max(0.0) / ACCOUNT_RAYS as f64).sqrt();
-            let known = rest.clamp(0.0, gone + noise + ACCOUNT_ERROR);
-            (row.environment, row.back) = (known * environment / gone, known * back / gone);
-        } else {
-            (row.environment, row.back) = (0.0, 0.0);
-        }
-        row.lost = rest - row.environment - row.back;
+        let rest = 1.0 - sum;
+        let gone = rays.environment + rays.back;
+        let noise = 3.0 * (gone * (1.0 - gone).max(0.0) / ACCOUNT_RAYS as f64).sqrt();
+        let known = rest.clamp(0.0, gone + noise + ACCOUNT_ERROR);
+        let share = if gone > 0.0 { known / gone } else { 0.0 };
+        let (environment, back) = (share * rays.environment, share * rays.back);
+        RowAccount { environment, back, lost: rest - environment - back }
     }
 }
 
@@ -214,7 +211,9 @@ impl Engine for Exact<'_> {
             // A row asked for twice is filled in once.
             let dense = &dense[row_of[me.model.place[id.index()] as usize] as usize];
             me.write(*id, dense, row);
-            me.account(*id, row, rays);
+            let account = me.account(*id, row.weights.sum(), rays);
+            (row.environment, row.back) = (account.environment, account.back);
+            row.lost = account.lost;
         });
         Ok(())
     }
@@ -223,18 +222,38 @@ impl Engine for Exact<'_> {
 impl Exact<'_> {
     /// Makes the row of a patch from its exchange with each.
     fn write(&self, id: PatchId, exchange: &[f32], row: &mut Row) {
-        let area = self.model.areas[self.model.place[id.index()] as usize];
-        row.columns.clear();
         row.half = 0;
         let mut weights = match std::mem::take(&mut row.weights) {
             Weights::Each(w) => w,
             Weights::Fixed(_) | Weights::Equal { .. } => Vec::new(),
         };
+        row.columns.clear();
         weights.clear();
-        for (j, &s) in (0..).zip(exchange).filter(|e| *e.1 > 0.0) {
-            row.columns.push(j);
-            weights.push(down(f64::from(s) / area));
-        }
+        self.entries(id, exchange, &mut row.columns, &mut weights);
         row.weights = Weights::Each(weights);
+    }
+
+    /// Appends the columns and form factors of a patch that exchanges so much with each.
+    fn entries(
+        &self,
+        id: PatchId,
+        exchange: &[f32],
+        columns: &mut Vec<u32>,
+        weights: &mut Vec<f32>,
+    ) {
+        let inverse = 1.0 / self.model.areas[self.model.place[id.index()] as usize];
+        let from = columns.len();
+        let count = exchange.iter().filter(|s| **s > 0.0).count();
+        // Without a branch that no one can foresee: what is nothing is written over by the next.
+        columns.resize(from + count + 1, 0);
+        weights.resize(from + count + 1, 0.0);
+        let mut k = from;
+        for (j, &s) in (0..).zip(exchange) {
+            columns[k] = j;
+            weights[k] = down(f64::from(s) * inverse);
+            k += usize::from(s > 0.0);
+        }
+        columns.truncate(k);
+        weights.truncate(k);
     }
 }

@@ -97,10 +97,23 @@ impl Weights {
     pub fn sum(&self) -> f64 {
         match self {
             Self::Fixed(w) => w.iter().map(|&w| u64::from(w)).sum::<u64>() as f64 / f64::from(ONE),
-            Self::Each(w) => w.iter().map(|&w| f64::from(w)).sum(),
+            Self::Each(w) => sum(w),
             Self::Equal { entries, rays } => *entries as f64 / f64::from(*rays),
         }
     }
+}
+
+/// The sum of numbers, several at a time.
+pub(super) fn sum(numbers: &[f32]) -> f64 {
+    let chunks = numbers.chunks_exact(8);
+    let rest: f64 = chunks.remainder().iter().map(|&x| f64::from(x)).sum();
+    let mut sums = [0.0; 8];
+    for chunk in chunks {
+        for (sum, &x) in sums.iter_mut().zip(chunk) {
+            *sum += f64::from(x);
+        }
+    }
+    sums.iter().sum::<f64>() + rest
 }
 
 impl Default for Weights {

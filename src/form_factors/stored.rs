@@ -39,6 +39,17 @@ pub struct FormFactors {
     part: Part,
 }
 
+/// Rows one after another, not yet kept.
+#[derive(Debug, Default)]
+pub(super) struct Band {
+    pub ids: Vec<PatchId>,
+    /// Where each row begins, and where the last ends.
+    pub starts: Vec<usize>,
+    pub columns: Vec<u32>,
+    pub weights: Vec<f32>,
+    pub accounts: Vec<RowAccount>,
+}
+
 /// Which entries of sampled rows are seen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Part {
@@ -198,6 +209,24 @@ impl FormFactors {
             limit,
             part: Part::All,
         }
+    }
+
+    /// Keeps rows without copying them.
+    pub(super) fn keep(&mut self, band: Band) -> Result<(), SinkError> {
+        let entries = band.columns.len() as u64;
+        let weights = Weights::Each(band.weights);
+        self.entries += entries;
+        self.bytes += entries * entry_bytes(&weights);
+        if self.bytes > self.limit {
+            return Err(SinkError::Memory { limit_mib: self.limit >> 20 });
+        }
+        for ((row, &id), account) in (0..).zip(&band.ids).zip(band.accounts) {
+            self.place[id.index()] = Some((self.blocks.len() as u32, row));
+            self.accounts[id.index()] = account;
+        }
+        let (starts, columns) = (band.starts, band.columns);
+        self.blocks.push(Arc::new(Block { starts, halves: Vec::new(), columns, weights }));
+        Ok(())
     }
 
     /// Number of patches, with and without a row.

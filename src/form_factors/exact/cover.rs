@@ -35,6 +35,15 @@ pub(super) struct Target {
     dual: [[Lanes; 3]; 3],
 }
 
+/// The corners of a polygon, drawn on a target; reused.
+#[derive(Debug)]
+#[repr(align(64))]
+pub(super) struct Drawn([[Lanes; 3]; MOST]);
+
+impl Drawn {
+    pub const EMPTY: Self = Self([[[0.0; LANES]; 3]; MOST]);
+}
+
 /// What of a target is hidden, 0..1 a lane.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(64))]
@@ -103,18 +112,25 @@ multiversion! {
         polygon: &[Vec3],
         normal: Vec3,
         sense: f32,
+        drawn: &mut Drawn,
         hidden: &mut Hidden,
     ) = cover_kernel
 }
 
 #[inline(always)]
-fn cover_kernel(target: &Target, polygon: &[Vec3], normal: Vec3, sense: f32, hidden: &mut Hidden) {
+fn cover_kernel(
+    target: &Target,
+    polygon: &[Vec3],
+    normal: Vec3,
+    sense: f32,
+    Drawn(drawn): &mut Drawn,
+    hidden: &mut Hidden,
+) {
     let count = polygon.len().min(MOST);
     let Some(&origin) = polygon.first() else { return };
     let [fx, fy, fz] = &target.from;
     let [[ux, uy, uz], [vx, vy, vz], [wx, wy, wz]] = &target.dual;
-    let mut drawn = [[[0.0_f32; LANES]; 3]; MOST];
-    for (q, [d0, d1, d2]) in polygon.iter().zip(&mut drawn) {
+    for (q, [d0, d1, d2]) in polygon.iter().zip(&mut *drawn) {
         for l in 0..LANES {
             let (x, y, z) = (q.x - fx[l], q.y - fy[l], q.z - fz[l]);
             d0[l] = ux[l] * x + uy[l] * y + uz[l] * z;
@@ -267,15 +283,16 @@ mod tests {
                 vec3(0.2, 0.2, 1.0),
             ],
         ];
+        let mut drawn = Drawn::EMPTY;
         for (n, mut shape) in shapes.into_iter().enumerate() {
             for _ in 0..2 {
                 let normal = (shape[1] - shape[0]).cross(shape[2] - shape[0]).normalize();
                 let mut hidden = Hidden([0.0; LANES]);
-                cover(&t, &shape, normal, 0.0, &mut hidden);
+                cover(&t, &shape, normal, 0.0, &mut drawn, &mut hidden);
                 let mut one = Hidden([0.0; LANES]);
-                cover(&t, &shape, normal, 1.0, &mut one);
+                cover(&t, &shape, normal, 1.0, &mut drawn, &mut one);
                 let mut other = Hidden([0.0; LANES]);
-                cover(&t, &shape, normal, -1.0, &mut other);
+                cover(&t, &shape, normal, -1.0, &mut drawn, &mut other);
                 for l in [0, 7, 15] {
                     let expected = counted(&t, l, &shape, normal);
                     assert!(

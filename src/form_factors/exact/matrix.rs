@@ -9,8 +9,8 @@ use std::ops::ControlFlow;
 use rayon::prelude::*;
 
 use super::Exact;
-use crate::form_factors::rows::{Row, RowSink, SinkError, Weights};
-use crate::form_factors::stored::{AssembleError, FormFactors};
+use crate::form_factors::rows::{Row, SinkError, Weights, sum};
+use crate::form_factors::stored::{AssembleError, Band, FormFactors, entry_bytes};
 use crate::patches::PatchId;
 use crate::progress::Progress;
 
@@ -24,9 +24,6 @@ struct Upper {
 
 /// Tiles whose columns are evaluated, or whose rows are written, together.
 const WAVE: usize = 8;
-
-/// Bytes of an entry of a finished matrix.
-const ENTRY: u64 = 8;
 
 impl Exact<'_> {
     /// The form factors of all patches, the same to the last bit as rows made one by one, in at most
@@ -46,7 +43,7 @@ impl Exact<'_> {
             let made: Vec<Upper> =
                 pairs.par_iter().with_max_len(4).map(|&(a, b)| self.upper(a, b)).collect();
             entries += 2 * made.iter().map(|u| u.exchange.len() as u64).sum::<u64>();
-            if entries * ENTRY > limit {
+            if entries * entry_bytes(&Weights::Each(Vec::new())) > limit {
                 return Err(SinkError::Memory { limit_mib: limit >> 20 }.into());
             }
             let mut made = made.into_iter();
@@ -59,15 +56,13 @@ impl Exact<'_> {
         let mut factors = FormFactors::new(self.model.len(), limit);
         for first in (0..tiles).step_by(WAVE) {
             let wave = first..(first + WAVE).min(tiles);
-            let made: Vec<(Vec<PatchId>, Vec<Row>)> = wave
+            let made: Vec<Band> = wave
                 .clone()
                 .into_par_iter()
                 .with_max_len(1)
                 .map(|t| self.rows(t, &upper))
                 .collect();
-            for (ids, rows) in &made {
-                factors.take(ids, rows)?;
-            }
+            made.into_iter().try_for_each(|band| factors.keep(band))?;
             wave.for_each(|t| upper[t].clear());
             if let ControlFlow::Break(()) = progress.advance(0) {
                 return Err(AssembleError::Cancelled);
@@ -103,7 +98,7 @@ impl Exact<'_> {
     }
 
     /// The rows of a tile.
-    fn rows(&self, tile: usize, upper: &[Vec<Upper>]) -> (Vec<PatchId>, Vec<Row>) {
+    fn rows(&self, tile: usize, upper: &[Vec<Upper>]) -> Band {
         let model = &self.model;
         let own = self.tile_range(tile);
         let n = model.len();
@@ -127,19 +122,23 @@ impl Exact<'_> {
                 }
             }
         }
-        let ids: Vec<PatchId> = order[own].iter().map(|&p| PatchId(p)).collect();
-        let (mut rays, mut rows) = (Row::default(), Vec::with_capacity(ids.len()));
-        for (&id, exchange) in ids.iter().zip(dense.chunks_exact(n)) {
-            let count = exchange.iter().filter(|s| **s > 0.0).count();
-            let mut row = Row {
-                columns: Vec::with_capacity(count),
-                weights: Weights::Each(Vec::with_capacity(count)),
-                ..Row::default()
-            };
-            self.write(id, exchange, &mut row);
-            self.account(id, &mut row, &mut rays);
-            rows.push(row);
+        let ids = order[own].iter().map(|&p| PatchId(p)).collect();
+        let count = dense.iter().filter(|s| **s > 0.0).count();
+        let mut band = Band {
+            ids,
+            starts: vec![0],
+            // One more: room to write what is then left out.
+            columns: Vec::with_capacity(count + 1),
+            weights: Vec::with_capacity(count + 1),
+            accounts: Vec::new(),
+        };
+        let mut rays = Row::default();
+        for (&id, exchange) in band.ids.iter().zip(dense.chunks_exact(n)) {
+            let from = band.columns.len();
+            self.entries(id, exchange, &mut band.columns, &mut band.weights);
+            band.starts.push(band.columns.len());
+            band.accounts.push(self.account(id, sum(&band.weights[from..]), &mut rays));
         }
-        (ids, rows)
+        band
     }
 }

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use super::blockers::Blockers;
 use super::far::{CLOSELY, Columns, exchange_with};
 use super::shaft::BlockerTree;
+use super::tile::down;
 use super::tree::{Extent, Tree};
 use super::triangles::Triangles;
 use super::unoccluded::{Polygon, area, exchange, facing};
@@ -163,6 +164,11 @@ impl<'a> Model<'a> {
         if i == j { 0.0 } else { s.min(self.areas[i]).min(self.areas[j]) }
     }
 
+    /// S of a pair as it is kept: at most the area of either, rounded towards zero.
+    pub fn rounded(&self, i: usize, j: usize, s: f64) -> f32 {
+        down(s.min(self.areas[i]).min(self.areas[j]).max(0.0))
+    }
+
     /// Number of patches.
     pub fn len(&self) -> usize {
         self.areas.len()
@@ -180,14 +186,16 @@ impl<'a> Model<'a> {
 
     /// Number among all pieces of one of a patch, as likely as it is large if `u` is uniform in 0..1.
     pub fn piece_at(&self, at: usize, u: f64) -> usize {
-        let first = self.starts[at] as usize;
+        let (first, pieces) = (self.starts[at] as usize, self.pieces(at));
+        if pieces.len() < 2 {
+            return first;
+        }
         let mut left = u * self.areas[at];
-        let pieces = self.pieces(at);
         let hit = pieces.iter().position(|p| {
             left -= p.polygon.area();
             left < 0.0
         });
-        first + if pieces.len() == 1 { 0 } else { hit.unwrap_or(0) }
+        first + hit.unwrap_or(0)
     }
 
     /// The solid triangle that a piece lies on.

@@ -29,21 +29,17 @@ const CROWD: usize = 64;
 /// Crowds are not sorted out any more between so many pairs of patches.
 const FEW_PAIRS: usize = 64;
 
-/// To sort out a blocker once takes as long as so many shadow rays, at least if it is to be worth it.
-const SORTING: f64 = 4.0;
-const MOST_SORTED: u32 = 4;
+/// To sort out a blocker once takes as long as so many shadow rays; that is worth it up to the rays of
+/// pairs of this factor, over what factors are like.
+const SORTING: f64 = 64.0;
+const WORTH_SORTING: f64 = 0.1;
 
-/// A pair is left to rays if so many times their number is not more than its blockers and this:
-/// clipping is exact.
-const CLIPPING: u32 = 2;
-const FASTER: u32 = 2;
-
-/// So few blockers are always clipped.
-const FEW: usize = 3;
+/// A pair is left to rays if their number is not more than its blockers and this: clipping is exact.
+const CLIPPING: u32 = 4;
 
 /// Shadow rays of a pair of the root-mean-square factor at the error 1e-3. Rays are stratified: their
 /// error falls faster than the root of their number.
-const RAYS: f64 = 128.0;
+const RAYS: f64 = 640.0;
 const RAYS_BY_ERROR: f64 = 1.5;
 
 /// Patches that straddle each other's plane are clipped if their factor is larger than this share of
@@ -62,8 +58,6 @@ pub(super) struct Work {
     pending: Vec<u32>,
     shaft: Shaft,
     row: [Lanes; TILE / LANES],
-    /// Of the pairs of a row: column, S in m², and whether blockers are possible.
-    found: Vec<(usize, f64, bool)>,
     probes: Probes,
     room: Room,
     pub counts: Counts,
@@ -81,6 +75,15 @@ pub(super) struct Counts {
 }
 
 impl Counts {
+    /// Counts a pair that exchanges `s` m², in part hidden or not, and hands that on.
+    fn add(&mut self, partly: bool, s: f32, each: impl FnOnce(f32)) {
+        if s > 0.0 {
+            self.pairs += 1;
+            self.partly += u64::from(partly);
+            each(s);
+        }
+    }
+
     pub fn and(self, other: Self) -> Self {
         Self {
             pairs: self.pairs + other.pairs,
@@ -99,7 +102,6 @@ impl Default for Work {
             pending: Vec::new(),
             shaft: Shaft::default(),
             row: [[0.0; LANES]; TILE / LANES],
-            found: Vec::new(),
             probes: Probes::default(),
             room: Room::default(),
             counts: Counts::default(),
@@ -153,12 +155,16 @@ impl Task<'_> {
             }
             let blocks = (end - first).div_ceil(LANES);
             exchange_with(&self.model.columns, r, first, &mut work.row[..blocks]);
-            work.found.clear();
             work.probes.asked.clear();
-            for c in first..end {
-                let s = work.row[(c - first) / LANES][(c - first) % LANES];
-                let class = work.class[(r - rows.from as usize) * TILE + c - columns.from as usize];
+            let class =
+                &work.class[(r - rows.from as usize) * TILE + first - columns.from as usize..];
+            for ((c, &s), &class) in (first..end).zip(work.row.as_flattened()).zip(class) {
                 if s == 0.0 || class == HIDDEN || !self.wants_pair(r, c) {
+                    continue;
+                }
+                let rough = f64::from(s.abs()) * scale2;
+                if s > 0.0 && class == SEEN {
+                    work.counts.add(false, self.model.rounded(r, c, rough), |s| each(r, c, s));
                     continue;
                 }
                 let between = match class {
@@ -169,11 +175,10 @@ impl Task<'_> {
                         Some(&work.lists[work.starts[k] as usize..work.starts[k + 1] as usize])
                     }
                 };
-                let rough = f64::from(s.abs()) * scale2;
                 let factor = self.factor(r, c, rough);
                 let known = s > 0.0 || s != CLOSELY && factor <= STRADDLING * self.error;
                 if known && class == SEEN {
-                    work.found.push((c, rough, false));
+                    work.counts.add(false, self.model.rounded(r, c, rough), |s| each(r, c, s));
                     continue;
                 }
                 let rays = self.rays(factor);
@@ -184,20 +189,13 @@ impl Task<'_> {
                 }
                 let known = (s > 0.0 && simple).then_some(rough);
                 let s = self.closely(r, c, known, between, &mut work.room);
-                work.found.push((c, s, class != SEEN));
+                work.counts.add(class != SEEN, self.model.rounded(r, c, s), |s| each(r, c, s));
             }
             work.probes.trace(self.model, r, self.seed);
             for asked in &work.probes.asked {
-                work.found.push((asked.column as usize, asked.exchange * asked.visible(), true));
-            }
-            let areas = &self.model.areas;
-            for &(c, s, partly) in &work.found {
-                let s = down(s.min(areas[r]).min(areas[c]));
-                if s > 0.0 {
-                    work.counts.pairs += 1;
-                    work.counts.partly += u64::from(partly);
-                    each(r, c, s);
-                }
+                let c = asked.column as usize;
+                let s = self.model.rounded(r, c, asked.exchange * asked.visible());
+                work.counts.add(true, s, |s| each(r, c, s));
             }
         }
         work.counts.rays += std::mem::take(&mut work.room.rays);
@@ -320,10 +318,10 @@ impl Task<'_> {
 
     /// Whether rays tell sooner than sorting out so many blockers.
     fn is_crowd(&self, blockers: usize, a: &Node, b: &Node) -> bool {
-        let rays = self.rays(a.factor(b) / self.model.typical).min(MOST_SORTED);
+        let rays = self.rays((a.factor(b) / self.model.typical).min(WORTH_SORTING));
         let pairs = (a.len() * b.len()) as f64;
         let never_clipped = blockers > CROWD && a.len() * b.len() <= FEW_PAIRS;
-        never_clipped || blockers > FEW && blockers as f64 * SORTING > f64::from(rays) * pairs
+        never_clipped || blockers as f64 * SORTING > f64::from(rays) * pairs
     }
 
     fn mark(&self, nodes: [u32; 2], origin: [u32; 2], class: u16, work: &mut Work) {
@@ -337,11 +335,12 @@ impl Task<'_> {
 
 /// Whether rays tell sooner than clipping what lies between.
 fn left_to_rays(between: Option<&[u32]>, rays: u32) -> bool {
-    between.is_none_or(|list| list.len() > FEW && rays * FASTER <= CLIPPING + list.len() as u32)
+    between.is_none_or(|list| !list.is_empty() && rays <= CLIPPING + list.len() as u32)
 }
 
-/// Single precision, rounded towards zero.
+/// Single precision of what is not negative, rounded towards zero.
 pub(super) fn down(x: f64) -> f32 {
     let y = x as f32;
-    if f64::from(y) > x { y.next_down() } else { y }
+    // The number before a positive one has the bits before its own.
+    f32::from_bits(y.to_bits() - u32::from(f64::from(y) > x))
 }

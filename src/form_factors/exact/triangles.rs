@@ -17,8 +17,8 @@ impl Triangles {
     pub fn push(&mut self, corners: [DVec3; 3], normal: DVec3) {
         let centre = corners.iter().sum::<DVec3>() / 3.0;
         for axis in 0..3 {
-            for k in 0..3 {
-                self.corners[3 * k + axis].push(corners[k][axis] as f32);
+            for (k, corner) in corners.iter().enumerate() {
+                self.corners[3 * k + axis].push(corner[axis] as f32);
             }
             self.normal[axis].push(normal[axis] as f32);
             self.centre[axis].push(centre[axis] as f32);

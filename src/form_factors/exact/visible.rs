@@ -11,7 +11,7 @@
 use glam::{DVec3, Vec3};
 
 use super::blockers::{Blocker, NONE};
-use super::cover::{Hidden, MOST, Target, aim, cover};
+use super::cover::{Drawn, Hidden, MOST, Target, aim, cover};
 use super::model::{Model, Piece};
 use super::unoccluded::{Polygon, area};
 use crate::form_factors::sampling::{Random, on_triangle};
@@ -43,6 +43,7 @@ pub(super) const MOST_RAYS: usize = 1024;
 pub(super) struct Room {
     cuts: Vec<Cut>,
     target: Target,
+    drawn: Drawn,
     clipped: [Vec<DVec3>; 2],
     polygon: Vec<Vec3>,
     packets: Vec<Packet>,
@@ -57,6 +58,7 @@ impl Default for Room {
         Self {
             cuts: Vec::new(),
             target: Target::EMPTY,
+            drawn: Drawn::EMPTY,
             clipped: Default::default(),
             polygon: Vec::new(),
             packets: Vec::new(),
@@ -290,7 +292,7 @@ impl Pair<'_> {
         room: &mut Room,
         seen: &mut Seen,
     ) {
-        let Room { cuts, target, polygon, .. } = room;
+        let Room { cuts, target, drawn, polygon, .. } = room;
         let origin = middle(y);
         target.corners = y.map(|c| (c - origin).as_vec3());
         let x = x.map(|c| (c - origin).as_vec3());
@@ -315,7 +317,7 @@ impl Pair<'_> {
                     (true, 0) => 1.0,
                     (true, _) => -1.0,
                 };
-                cover(target, polygon, cut.normal.as_vec3(), sense, &mut hidden);
+                cover(target, polygon, cut.normal.as_vec3(), sense, drawn, &mut hidden);
                 let after: f32 = hidden.0.iter().zip(&target.weight).map(|(h, w)| h * w).sum();
                 cut.hides += f64::from(after - before) * share;
                 before = after;
