@@ -11,6 +11,8 @@
 
 #![allow(clippy::needless_range_loop, reason = "loops over lanes, which become vectors")]
 
+use std::ops::Range;
+
 use super::model::Model;
 use super::triangles::Triangles;
 use crate::form_factors::sampling::{Random, on_triangle};
@@ -22,8 +24,15 @@ const PACKETS: usize = 32;
 /// Of the rays of a pair in doubt, one in so many is traced first.
 const PILOT: u32 = 8;
 
-/// So many pairs that follow each other are in doubt together.
-const NEIGHBOURS: usize = 8;
+/// Pairs of a row whose second patches lie together in the hierarchy: they are in doubt together, and
+/// packets hold rays of one such group alone, so that its results do not depend on what else is asked.
+const GROUP: usize = 16;
+
+/// The places of the patches that are in one group with that at a place.
+pub(super) fn group_of(place: usize) -> Range<usize> {
+    let first = place / GROUP * GROUP;
+    first..first + GROUP
+}
 
 /// Powers of the inverse of the root of x⁵ = x + 1, in units of 2⁻³²: the step of the sequence in each
 /// dimension (Roberts 2018, "The unreasonable effectiveness of quasirandom sequences").
@@ -60,6 +69,8 @@ pub(super) struct Probes {
     pub asked: Vec<Asked>,
     /// For each ray the pair (a place in `asked`) and its number among those of the pair.
     rays: Vec<(u32, u32)>,
+    /// Those of each packet.
+    runs: Vec<Range<usize>>,
     packets: Vec<Packet>,
     weights: Vec<Lanes>,
     blocked: Vec<u16>,
@@ -92,18 +103,25 @@ impl Probes {
             .numbers()
             .map(|x: f64| (x * 4_294_967_296.0) as u32);
         let start = Start { row, shift };
+        let groups =
+            |a: &Asked, b: &Asked| group_of(a.column as usize).contains(&(b.column as usize));
         for doubtful in [false, true] {
             self.rays.clear();
-            for (k, near) in self.asked.chunks(NEIGHBOURS).enumerate() {
+            self.runs.clear();
+            let mut k = 0;
+            for near in self.asked.chunk_by(groups) {
+                let from = self.rays.len();
                 let any = |sees: fn(&Asked) -> bool| near.iter().any(sees);
-                if doubtful && !(any(|a| a.clear > 0.0) && any(|a| a.clear < a.all)) {
-                    continue;
+                if !doubtful || any(|a| a.clear > 0.0) && any(|a| a.clear < a.all) {
+                    for (l, a) in (k..).zip(near) {
+                        let pilot = a.rays.div_ceil(PILOT);
+                        let numbers = if doubtful { pilot..a.rays } else { 0..pilot };
+                        self.rays.extend(numbers.map(|n| (l, n)));
+                    }
                 }
-                for (l, a) in (0..).zip(near) {
-                    let pilot = a.rays.div_ceil(PILOT);
-                    let numbers = if doubtful { pilot..a.rays } else { 0..pilot };
-                    self.rays.extend(numbers.map(|n| ((k * NEIGHBOURS) as u32 + l, n)));
-                }
+                k += near.len() as u32;
+                let to = self.rays.len();
+                self.runs.extend((from..to).step_by(LANES).map(|f| f..to.min(f + LANES)));
             }
             self.cast(model, &start);
         }
@@ -111,14 +129,15 @@ impl Probes {
 
     fn cast(&mut self, model: &Model<'_>, start: &Start) {
         self.count += self.rays.len() as u64;
-        for rays in self.rays.chunks(PACKETS * LANES) {
-            let packets = rays.len().div_ceil(LANES);
+        for runs in self.runs.chunks(PACKETS) {
+            let packets = runs.len();
             self.packets.resize(packets, Packet::EMPTY);
             self.weights.resize(packets, [0.0; LANES]);
             self.blocked.resize(packets, 0);
-            for ((rays, packet), weights) in
-                rays.chunks(LANES).zip(&mut self.packets).zip(&mut self.weights)
+            for ((run, packet), weights) in
+                runs.iter().zip(&mut self.packets).zip(&mut self.weights)
             {
+                let rays = &self.rays[run.clone()];
                 // Patches of several pieces: one for each ray, and for all of a packet where they begin.
                 let piece = |patch: usize, (k, n): (u32, u32)| {
                     let place = u64::from(self.asked[k as usize].column) << 32 | u64::from(n);
@@ -144,11 +163,12 @@ impl Probes {
                 aim(&model.shapes, start, &aims, packet, weights);
             }
             model.bvh.blocked(&self.packets, &mut self.blocked);
-            for (r, &(k, _)) in rays.iter().enumerate() {
-                let (p, l) = (r / LANES, r % LANES);
-                let (asked, weight) = (&mut self.asked[k as usize], self.weights[p][l]);
-                asked.all += weight;
-                asked.clear += if self.blocked[p] >> l & 1 == 0 { weight } else { 0.0 };
+            for ((run, weights), &blocked) in runs.iter().zip(&self.weights).zip(&self.blocked) {
+                for (l, &(k, _)) in self.rays[run.clone()].iter().enumerate() {
+                    let asked = &mut self.asked[k as usize];
+                    asked.all += weights[l];
+                    asked.clear += if blocked >> l & 1 == 0 { weights[l] } else { 0.0 };
+                }
             }
         }
     }

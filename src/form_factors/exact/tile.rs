@@ -3,9 +3,11 @@
 //! From the pair of tiles down to pairs of leaves, blockers that do nothing are dropped on the way;
 //! where none is left, or one hides all, no pair is looked at on its own.
 
+use std::ops::Range;
+
 use super::far::{CLOSELY, exchange_with};
 use super::model::Model;
-use super::probes::{Asked, Probes};
+use super::probes::{Asked, Probes, group_of};
 use super::shaft::{Between, Shaft, face_away, relation};
 use super::tree::{Node, TILE};
 use super::unoccluded::{exchange, facing};
@@ -119,12 +121,13 @@ pub(super) struct Task<'a> {
 }
 
 impl Task<'_> {
-    fn wants(&self, from: u32, to: u32) -> bool {
-        self.wanted.is_none_or(|w| w[from as usize..to as usize].iter().any(|&w| w))
-    }
-
-    fn wants_pair(&self, r: usize, c: usize) -> bool {
-        self.wanted.is_none_or(|w| w[r] || w[c])
+    /// Whether pairs between two runs of patches, or others traced together with them, are wanted.
+    fn wants(&self, rows: Range<u32>, columns: Range<u32>) -> bool {
+        let Some(wanted) = self.wanted else { return true };
+        let any = |from: usize, to: usize| wanted[from..to.min(wanted.len())].iter().any(|&w| w);
+        let last = columns.end.max(columns.start + 1) - 1;
+        any(rows.start as usize, rows.end as usize)
+            || any(group_of(columns.start as usize).start, group_of(last as usize).end)
     }
 
     /// Hands over `(i, j, S)` of all pairs i < j (places in the order of the tree) of tiles `a` and `b`
@@ -150,7 +153,7 @@ impl Task<'_> {
             if first >= end || class[first - columns.from as usize..].iter().all(|&c| c == HIDDEN) {
                 continue;
             }
-            if !self.wants(r as u32, r as u32 + 1) && !self.wants(first as u32, end as u32) {
+            if !self.wants(r as u32..r as u32 + 1, first as u32..end as u32) {
                 continue;
             }
             let blocks = (end - first).div_ceil(LANES);
@@ -159,7 +162,8 @@ impl Task<'_> {
             let class =
                 &work.class[(r - rows.from as usize) * TILE + first - columns.from as usize..];
             for ((c, &s), &class) in (first..end).zip(work.row.as_flattened()).zip(class) {
-                if s == 0.0 || class == HIDDEN || !self.wants_pair(r, c) {
+                let pair = (r as u32..r as u32 + 1, c as u32..c as u32 + 1);
+                if s == 0.0 || class == HIDDEN || !self.wants(pair.0, pair.1) {
                     continue;
                 }
                 let rough = f64::from(s.abs()) * scale2;
@@ -268,7 +272,7 @@ impl Task<'_> {
     ) {
         let tree = &self.model.tree;
         let [a, b] = nodes.map(|n| &tree.nodes[n as usize]);
-        if !self.wants(a.from, a.to) && !self.wants(b.from, b.to) {
+        if !self.wants(a.from..a.to, b.from..b.to) {
             return;
         }
         let flat = nodes[0] == nodes[1] && a.plane.is_some();
