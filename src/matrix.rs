@@ -277,6 +277,7 @@ pub fn make_where(
         ..MatrixReport::default()
     };
     let too_large = |e| sink_failure(e, patches.len(), options);
+    let mut dropped = None;
     let mut scales = restored
         .filter(|_| options.threshold > 0.0)
         .map(|restored| [restored, vec![1.0; patches.len()]]);
@@ -287,6 +288,7 @@ pub fn make_where(
                 .map_err(|e| named.failure(e, too_large))?;
             clock.lap("closure");
             report.closure = Some(named.closure(&closure));
+            dropped = Some(closure.dropped);
             scales = Some([closure.left, closure.right]);
         } else if options.threshold > 0.0 {
             let restored = drop_below(factors, options.threshold).map_err(too_large)?;
@@ -296,7 +298,7 @@ pub fn make_where(
     }
     report.threshold = (options.threshold > 0.0).then(|| ThresholdReport {
         below: options.threshold,
-        dropped: account.entries.saturating_sub(held.entries()),
+        dropped: dropped.unwrap_or_else(|| account.entries.saturating_sub(held.entries())),
     });
     report.entries = held.entries();
     report.stages = clock.stages;

@@ -212,11 +212,13 @@ fn say_report(matrix: &Matrix, verbose: bool) {
     }
     if let Some(p) = r.pairs {
         say(&format!(
-            "pairs: {} evaluated, {} of them with something in between ({:.1} %), {} shadow rays",
+            "pairs: {} evaluated, {} of them with something in between ({:.1} %), {} shadow rays; \
+             error about {:.2} % (RMS over all factors)",
             p.evaluated,
             p.partly_hidden,
             100.0 * p.partly_hidden as f64 / p.evaluated.max(1) as f64,
-            p.shadow_rays
+            p.shadow_rays,
+            100.0 * p.error
         ));
     }
     if r.through_a_file {

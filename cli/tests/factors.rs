@@ -400,6 +400,8 @@ fn an_occluded_room_is_exact_by_default() {
         serde_json::from_slice(&fs::read(bench.path("r.json")).unwrap()).unwrap();
     assert_eq!(report["engine"]["name"], "exact");
     assert!(report["pairs"]["partly_hidden"].as_u64().is_some_and(|n| n > 0));
+    let error = report["pairs"]["error"].as_f64().unwrap();
+    assert!(error > 0.0 && error < 2e-3, "{error} where .1 % is asked for");
     let table = bench.path("s.csv");
     let (areas, back) = (numbers(&table, "area"), numbers(&table, "back"));
     let mut beyond = 0;
@@ -407,7 +409,7 @@ fn an_occluded_room_is_exact_by_default() {
         let sum: f64 = row.iter().sum::<f64>() + back[i];
         let off = (sum - 1.0).abs();
         // Faces that stand on others look along cells of mixed owners, which are nobody's.
-        assert!(off < 0.02, "row {i}: {sum}, back {}", back[i]);
+        assert!(off < 5e-3, "row {i}: {sum}, back {}", back[i]);
         beyond += usize::from(off >= 2e-3);
         for (j, there) in row.iter().enumerate() {
             let (there, back) = (areas[i] * there, areas[j] * f[j][i]);
@@ -416,7 +418,7 @@ fn an_occluded_room_is_exact_by_default() {
             assert!((there - back).abs() <= rounding, "{i} {j}: {there} {back}");
         }
     }
-    assert!(beyond <= 8, "{beyond} rows");
+    assert!(beyond <= 2, "{beyond} rows");
     // Both spellings of an error are the same share.
     let same =
         |error: &str| factors(&bench, "room.obj", &[&flags[..2], &["--error", error]].concat());

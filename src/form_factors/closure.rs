@@ -49,6 +49,8 @@ pub struct Closure {
     pub steps: usize,
     /// Largest `|Σ_j F_ij - 1|` left.
     pub residual: f64,
+    /// Form factors that the threshold left out.
+    pub dropped: u64,
 }
 
 /// Why a matrix cannot be closed.
@@ -93,9 +95,11 @@ pub fn close(
     let unit = areas.iter().sum::<f64>() / areas.len().max(1) as f64;
     let sums: Vec<f64> = areas.iter().map(|a| a / unit).collect();
     let asymmetry = exchange::symmetrise(factors, &sums, &taken, progress)?;
+    let before = factors.entries();
     if threshold > 0.0 {
         exchange::drop_pairs(factors, &sums, threshold)?;
     }
+    let dropped = before - factors.entries();
     let rows = factors.shares();
     let found = scaling::scale(&rows, &sums, &taken, progress).map_err(|e| match e {
         scaling::ScalingError::Stalled(rows) => {
@@ -110,6 +114,7 @@ pub fn close(
         asymmetry,
         steps: found.steps,
         residual: found.residual,
+        dropped,
     })
 }
 

@@ -75,6 +75,13 @@ impl Default for ExactOptions {
     }
 }
 
+impl ExactOptions {
+    /// The error that is worked towards.
+    fn error(&self) -> f64 {
+        self.error.clamp(1e-6, 1.0)
+    }
+}
+
 /// Rays that tell where the rest of a row ends.
 const ACCOUNT_RAYS: usize = 256;
 
@@ -87,6 +94,8 @@ pub struct Exact<'a> {
     model: Model<'a>,
     rays: Rays<'a>,
     options: ExactOptions,
+    /// How many times more rays than usual pairs get.
+    scale: f64,
     work: Mutex<Vec<Work>>,
     counts: Mutex<Counts>,
 }
@@ -101,13 +110,59 @@ impl<'a> Exact<'a> {
         options: ExactOptions,
     ) -> Self {
         let rays = RaysOptions { samples: ACCOUNT_RAYS, seed: options.seed };
-        Self {
-            model: Model::new(geometry, patches, bvh),
+        let mut me = Self {
+            model: Model::new(geometry, patches, bvh, options.error()),
             rays: Rays::new(geometry, patches, bvh, rays),
             options,
+            scale: 1.0,
             work: Mutex::new(Vec::new()),
             counts: Mutex::new(Counts::default()),
+        };
+        me.scale = me.find_scale();
+        me
+    }
+
+    /// How many times more rays than usual, or fewer, pairs need for the error asked for: what some
+    /// rows err by with the usual number tells.
+    fn find_scale(&self) -> f64 {
+        /// Rows that are tried: one of so many, and at most these.
+        const ONE_OF: usize = 64;
+        const MOST_ROWS: usize = 32;
+        /// The error of stratified rays falls as this power of their number, about.
+        const FALL: f64 = 0.63;
+        const MOST: f64 = 16.0;
+        let n = self.model.len();
+        let step = n.div_ceil((n / ONE_OF).clamp(1, MOST_ROWS)).max(1);
+        let wanted: Vec<bool> = (0..n).map(|at| at % step == step / 2).collect();
+        let task = self.task(Some(&wanted));
+        self.tasks(&wanted).par_iter().for_each(|&(a, b)| {
+            self.with_work(|work| task.tile(a, b, work, |_, _, _| {}));
+        });
+        let mut counts = self.counts.lock().unwrap_or_else(PoisonError::into_inner);
+        let found = std::mem::take(&mut *counts);
+        drop(counts);
+        if found.squares == 0 || found.ray_errors == 0 {
+            return 1.0;
         }
+        let of_all = |errors: u128| errors as f64 / found.squares as f64;
+        let allowed = task.error.powi(2);
+        let left = (allowed - of_all(found.errors - found.ray_errors)).max(0.5 * allowed);
+        (of_all(found.ray_errors) / left).powf(0.5 / FALL).clamp(1.0 / MOST, MOST)
+    }
+
+    /// The pairs of tiles that hold pairs of wanted patches.
+    fn tasks(&self, wanted: &[bool]) -> Vec<(u32, u32)> {
+        let tree = &self.model.tree;
+        let asked = |t: u32| {
+            let node = &tree.nodes[t as usize];
+            wanted[node.from as usize..node.to as usize].iter().any(|&w| w)
+        };
+        let asked: Vec<(u32, bool)> = tree.tiles.iter().map(|&t| (t, asked(t))).collect();
+        let mut tasks = Vec::new();
+        for (k, &(a, all)) in asked.iter().enumerate() {
+            tasks.extend(asked[k..].iter().filter(|b| all || b.1).map(|&(b, _)| (a, b)));
+        }
+        tasks
     }
 
     /// Pairs that exchange anything, those of them with a possible blocker, and shadow rays so far.
@@ -117,6 +172,14 @@ impl<'a> Exact<'a> {
         [c.pairs, c.partly, c.rays]
     }
 
+    /// Root-mean-square error of all factors found so far over their root-mean-square, as far as the
+    /// points and rays that visible shares come from tell by their differences.
+    #[must_use]
+    pub fn estimate(&self) -> f64 {
+        let c = *self.counts.lock().unwrap_or_else(PoisonError::into_inner);
+        if c.squares > 0 { (c.errors as f64 / c.squares as f64).sqrt() } else { 0.0 }
+    }
+
     /// Area in m² of each patch that its factors are means over: [`Patches::own_area`].
     #[must_use]
     pub fn areas(&self) -> Vec<f64> {
@@ -124,8 +187,8 @@ impl<'a> Exact<'a> {
     }
 
     fn task<'b>(&'b self, wanted: Option<&'b [bool]>) -> Task<'b> {
-        let error = self.options.error.clamp(1e-6, 1.0);
-        Task { model: &self.model, error, seed: self.options.seed, wanted }
+        let error = self.options.error();
+        Task { model: &self.model, error, scale: self.scale, seed: self.options.seed, wanted }
     }
 
     /// Works with room of its own.
@@ -176,15 +239,7 @@ impl Engine for Exact<'_> {
             (wanted[place], row_of[place]) = (true, k);
         }
         let tree = &me.model.tree;
-        let asked = |t: u32| {
-            let node = &tree.nodes[t as usize];
-            wanted[node.from as usize..node.to as usize].iter().any(|&w| w)
-        };
-        let mut tasks = Vec::new();
-        for (k, &a) in tree.tiles.iter().enumerate() {
-            let all = asked(a);
-            tasks.extend(tree.tiles[k..].iter().filter(|&&b| all || asked(b)).map(|&b| (a, b)));
-        }
+        let tasks = me.tasks(&wanted);
         let mut dense: Vec<Vec<f32>> = vec![vec![0.0; n]; rows.len()];
         let task = me.task(Some(&wanted));
         let mut found: Vec<Vec<(u32, u32, f32)>> = Vec::new();

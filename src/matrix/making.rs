@@ -81,11 +81,10 @@ impl<'a> Maker<'a> {
         }
     }
 
-    fn counts(&self) -> Option<[u64; 3]> {
-        match self {
-            Self::Exact(exact) => Some(exact.counts()),
-            Self::Rows(_) => None,
-        }
+    fn pairs(&self) -> Option<PairsReport> {
+        let Self::Exact(exact) = self else { return None };
+        let [evaluated, partly_hidden, shadow_rays] = exact.counts();
+        Some(PairsReport { evaluated, partly_hidden, shadow_rays, error: exact.estimate() })
     }
 
     /// Makes a few rows to foretell what all will be like.
@@ -148,7 +147,7 @@ impl<'a> Maker<'a> {
         progress: &dyn Progress,
     ) -> Result<Made, MatrixError> {
         let n = patches.len();
-        let before = self.counts();
+        let before = self.pairs();
         let entries_bytes = ENTRY_BYTES * forecast.entries;
         let limit =
             options.memory - forecast.whole.saturating_sub(entries_bytes).min(options.memory);
@@ -186,10 +185,11 @@ impl<'a> Maker<'a> {
                 (Held::Shelf { shelf, accounts, entries }, Some(restored))
             }
         };
-        let pairs = before.zip(self.counts()).map(|(before, after)| PairsReport {
-            evaluated: after[0] - before[0],
-            partly_hidden: after[1] - before[1],
-            shadow_rays: after[2] - before[2],
+        let pairs = before.zip(self.pairs()).map(|(before, after)| PairsReport {
+            evaluated: after.evaluated - before.evaluated,
+            partly_hidden: after.partly_hidden - before.partly_hidden,
+            shadow_rays: after.shadow_rays - before.shadow_rays,
+            error: after.error,
         });
         let (sums, covered) =
             (std::mem::take(&mut ledger.sums), std::mem::take(&mut ledger.covered));

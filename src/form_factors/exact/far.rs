@@ -20,8 +20,9 @@ use super::triangles::{Triangles, pad, stand_in};
 use crate::visibility::{LANES, Lanes, multiversion};
 
 /// Patches nearer than this many sums of radii are left to more points: beyond, the rule errs by
-/// less than some 3e-4 of S.
-const FAR: f32 = 4.0;
+/// less than some 3e-4 of S. That is for an error of 1e-3; it falls as the fourth power.
+const FAR: f64 = 4.0;
+const POWER: f64 = 0.25;
 
 /// Heights below this are noise of single precision, in units of the scene's radius.
 const NOISE: f32 = 1e-6;
@@ -40,11 +41,17 @@ pub(super) struct Columns {
     /// Infinite where nothing can stand for a patch.
     radius: Vec<f32>,
     area: Vec<f32>,
+    /// 1 where the triangle stands for several pieces, which reach beyond it, else 0.
+    several: Vec<f32>,
+    /// From so many sums of radii on the rule serves.
+    far: f32,
 }
 
 impl Columns {
-    pub fn new(model: &Model<'_>) -> Self {
-        let mut me = Self::default();
+    /// For factors that may err by `error`.
+    pub fn new(model: &Model<'_>, error: f64) -> Self {
+        let far = (FAR * (1e-3 / error).max(1.0).powf(POWER)) as f32;
+        let mut me = Self { far, ..Self::default() };
         let scale = model.bvh.scale();
         let mut pieces = Vec::new();
         for at in 0..model.len() {
@@ -60,11 +67,13 @@ impl Columns {
             let radius = reach.fold(0.0, f64::max);
             me.triangles.push(corners, normal);
             me.radius.push(if stand_in.is_some() { radius as f32 } else { f32::INFINITY });
+            me.several.push(if pieces.len() > 1 { 1.0 } else { 0.0 });
             me.area.push((model.areas[at] / (scale * scale)) as f32);
         }
         me.triangles.pad();
         pad(&mut me.radius);
         pad(&mut me.area);
+        pad(&mut me.several);
         me
     }
 }
@@ -93,6 +102,7 @@ fn exchange_kernel(columns: &Columns, row: usize, from: usize, out: &mut [Lanes]
     let [nx, ny, nz] = [0, 1, 2].map(|k| number(&normal[k]));
     let [mx, my, mz] = [0, 1, 2].map(|k| number(&centre[k]));
     let radius = number(&columns.radius);
+    let own_several = number(&columns.several);
     let area = number(&columns.area) * FRAC_1_PI;
     // The rule's points lie half-way from the centre to the corners.
     let points = [
@@ -108,6 +118,7 @@ fn exchange_kernel(columns: &Columns, row: usize, from: usize, out: &mut [Lanes]
         let [ux, uy, uz] = [0, 1, 2].map(|k| lanes(&normal[k], at));
         let [ox, oy, oz] = [0, 1, 2].map(|k| lanes(&centre[k], at));
         let (radii, areas) = (lanes(&columns.radius, at), lanes(&columns.area, at));
+        let several = lanes(&columns.several, at);
         for l in 0..LANES {
             // Heights of their corners over this plane, and of these over theirs.
             let h0 = nx * (px[l] - mx) + ny * (py[l] - my) + nz * (pz[l] - mz);
@@ -119,7 +130,7 @@ fn exchange_kernel(columns: &Columns, row: usize, from: usize, out: &mut [Lanes]
             let (h_low, h_high) = (min(min(h0, h1), h2), max(max(h0, h1), h2));
             let (g_low, g_high) = (min(min(g0, g1), g2), max(max(g0, g1), g2));
             let (dx, dy, dz) = (ox[l] - mx, oy[l] - my, oz[l] - mz);
-            let reach = FAR * (radius + radii[l]);
+            let reach = columns.far * (radius + radii[l]);
             let far = dx * dx + dy * dy + dz * dz > reach * reach;
             let whole = (h_low >= -NOISE) & (g_low >= -NOISE);
             let height = above(h0, h1, h2) * above(g0, g1, g2);
@@ -150,6 +161,7 @@ fn exchange_kernel(columns: &Columns, row: usize, from: usize, out: &mut [Lanes]
             let maybe = (h_high > -NOISE) & (g_high > -NOISE);
             let s = if clear { s } else { CLOSELY };
             let s = if maybe { s } else { 0.0 };
+            let odd = odd | (((own_several + several[l]) > 0.0) & !far);
             out[l] = if odd { CLOSELY } else { s };
         }
     }

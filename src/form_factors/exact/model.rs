@@ -7,7 +7,6 @@ use rayon::prelude::*;
 use super::blockers::Blockers;
 use super::far::{CLOSELY, Columns, exchange_with};
 use super::shaft::BlockerTree;
-use super::tile::down;
 use super::tree::{Extent, Tree};
 use super::triangles::Triangles;
 use super::unoccluded::{Polygon, area, exchange, facing};
@@ -57,7 +56,7 @@ pub(super) struct Model<'a> {
 }
 
 impl<'a> Model<'a> {
-    pub fn new(geometry: &Geometry, patches: &Patches, bvh: &'a Bvh) -> Self {
+    pub fn new(geometry: &Geometry, patches: &Patches, bvh: &'a Bvh, error: f64) -> Self {
         let (coplanar, touching) = (COPLANAR * bvh.scale(), TOUCHING * bvh.scale());
         let blockers = Blockers::new(geometry, touching);
         let parts: Vec<Vec<Part>> = patches.ids().map(|id| parts(geometry, patches, id)).collect();
@@ -124,7 +123,7 @@ impl<'a> Model<'a> {
             areas,
             place,
         };
-        me.columns = Columns::new(&me);
+        me.columns = Columns::new(&me, error);
         for p in &me.pieces {
             let local = |k: usize| (p.polygon.corners()[k] - bvh.center()) / bvh.scale();
             me.shapes.push([0, 1, 2].map(local), p.polygon.normal);
@@ -162,11 +161,6 @@ impl<'a> Model<'a> {
         let share = |k: usize, p: &Piece| self.areas[k] / p.polygon.area();
         let s = exchange(&a, &b) * share(i, p) * share(j, q);
         if i == j { 0.0 } else { s.min(self.areas[i]).min(self.areas[j]) }
-    }
-
-    /// S of a pair as it is kept: at most the area of either, rounded towards zero.
-    pub fn rounded(&self, i: usize, j: usize, s: f64) -> f32 {
-        down(s.min(self.areas[i]).min(self.areas[j]).max(0.0))
     }
 
     /// Number of patches.

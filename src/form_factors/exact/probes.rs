@@ -24,6 +24,10 @@ const PACKETS: usize = 32;
 /// Of the rays of a pair in doubt, one in so many is traced first.
 const PILOT: u32 = 8;
 
+/// Square of the error of all rays of a pair over that of the difference of its two halves: a quarter if
+/// rays were independent; they are stratified.
+pub(super) const TOGETHER: f64 = 0.21;
+
 /// Pairs of a row whose second patches lie together in the hierarchy: they are in doubt together, and
 /// packets hold rays of one such group alone, so that its results do not depend on what else is asked.
 const GROUP: usize = 16;
@@ -47,20 +51,37 @@ pub(super) struct Asked {
     pub exchange: f64,
     /// Rays that it gets if it is in doubt.
     pub rays: u32,
-    /// The kernel along all its rays, and along those that nothing blocks.
-    all: f32,
-    clear: f32,
+    /// The kernel along its even and odd rays, and along those of them that nothing blocks.
+    all: [f32; 2],
+    clear: [f32; 2],
 }
 
 impl Asked {
     pub fn new(column: usize, exchange: f64, rays: u32) -> Self {
-        Self { column: column as u32, exchange, rays, all: 0.0, clear: 0.0 }
+        Self { column: column as u32, exchange, rays, all: [0.0; 2], clear: [0.0; 2] }
     }
 
-    /// The visible share.
-    pub fn visible(&self) -> f64 {
-        if self.all > 0.0 { f64::from(self.clear / self.all) } else { 1.0 }
+    /// The visible share, and the square of its error if there are rays to tell.
+    fn visible(&self) -> (f64, Option<f64>) {
+        let [a, b] = self.all.map(f64::from);
+        let [p, q] = self.clear.map(f64::from);
+        let share = if a + b > 0.0 { (p + q) / (a + b) } else { 1.0 };
+        let halves = (a > 0.0 && b > 0.0).then(|| TOGETHER * (p / a - q / b).powi(2));
+        (share, halves)
     }
+
+    fn sees(&self) -> bool {
+        self.clear[0] + self.clear[1] > 0.0
+    }
+
+    fn is_blocked(&self) -> bool {
+        self.clear[0] < self.all[0] || self.clear[1] < self.all[1]
+    }
+}
+
+/// Whether two pairs of a row are of one group.
+fn together(a: &Asked, b: &Asked) -> bool {
+    group_of(a.column as usize).contains(&(b.column as usize))
 }
 
 /// Rays of the pairs of a row; reused.
@@ -103,16 +124,14 @@ impl Probes {
             .numbers()
             .map(|x: f64| (x * 4_294_967_296.0) as u32);
         let start = Start { row, shift };
-        let groups =
-            |a: &Asked, b: &Asked| group_of(a.column as usize).contains(&(b.column as usize));
         for doubtful in [false, true] {
             self.rays.clear();
             self.runs.clear();
             let mut k = 0;
-            for near in self.asked.chunk_by(groups) {
+            for near in self.asked.chunk_by(together) {
                 let from = self.rays.len();
                 let any = |sees: fn(&Asked) -> bool| near.iter().any(sees);
-                if !doubtful || any(|a| a.clear > 0.0) && any(|a| a.clear < a.all) {
+                if !doubtful || any(Asked::sees) && any(Asked::is_blocked) {
                     for (l, a) in (k..).zip(near) {
                         let pilot = a.rays.div_ceil(PILOT);
                         let numbers = if doubtful { pilot..a.rays } else { 0..pilot };
@@ -125,6 +144,18 @@ impl Probes {
             }
             self.cast(model, &start);
         }
+    }
+
+    /// Hands over each pair with its visible share and the square of the error of that. Pairs of one
+    /// ray err as much as those of their group differ.
+    pub fn shares(&self) -> impl Iterator<Item = (&Asked, f64, f64)> {
+        self.asked.chunk_by(together).flat_map(|near| {
+            let mean = near.iter().map(|a| a.visible().0).sum::<f64>() / near.len() as f64;
+            near.iter().map(move |a| {
+                let (share, error) = a.visible();
+                (a, share, error.unwrap_or(mean * (1.0 - mean)))
+            })
+        })
     }
 
     fn cast(&mut self, model: &Model<'_>, start: &Start) {
@@ -164,10 +195,10 @@ impl Probes {
             }
             model.bvh.blocked(&self.packets, &mut self.blocked);
             for ((run, weights), &blocked) in runs.iter().zip(&self.weights).zip(&self.blocked) {
-                for (l, &(k, _)) in self.rays[run.clone()].iter().enumerate() {
-                    let asked = &mut self.asked[k as usize];
-                    asked.all += weights[l];
-                    asked.clear += if blocked >> l & 1 == 0 { weights[l] } else { 0.0 };
+                for (l, &(k, n)) in self.rays[run.clone()].iter().enumerate() {
+                    let (asked, half) = (&mut self.asked[k as usize], n as usize & 1);
+                    asked.all[half] += weights[l];
+                    asked.clear[half] += if blocked >> l & 1 == 0 { weights[l] } else { 0.0 };
                 }
             }
         }

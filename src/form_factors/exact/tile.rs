@@ -11,7 +11,7 @@ use super::probes::{Asked, Probes, group_of};
 use super::shaft::{Between, Shaft, face_away, relation};
 use super::tree::{Node, TILE};
 use super::unoccluded::{exchange, facing};
-use super::visible::{MOST_RAYS, Pair, Room};
+use super::visible::{MOST_RAYS, Pair, Room, Visible};
 use crate::visibility::{LANES, Lanes};
 
 /// Spreads the bits of a seed over those of pairs.
@@ -74,23 +74,28 @@ pub(super) struct Counts {
     pub partly: u64,
     /// Shadow rays.
     pub rays: u64,
+    /// Sum of the squares of the factors both ways, and of their errors, over the square of what
+    /// factors are like, in units of 2⁻³²: sums of integers do not depend on their order.
+    pub squares: u128,
+    pub errors: u128,
+    /// Of the latter that of rays which neighbouring pairs share.
+    pub ray_errors: u128,
+}
+
+/// A sum of squares as [`Counts`] keep it.
+fn fixed(sum: f64) -> u128 {
+    (sum * 4_294_967_296.0) as u128
 }
 
 impl Counts {
-    /// Counts a pair that exchanges `s` m², in part hidden or not, and hands that on.
-    fn add(&mut self, partly: bool, s: f32, each: impl FnOnce(f32)) {
-        if s > 0.0 {
-            self.pairs += 1;
-            self.partly += u64::from(partly);
-            each(s);
-        }
-    }
-
     pub fn and(self, other: Self) -> Self {
         Self {
             pairs: self.pairs + other.pairs,
             partly: self.partly + other.partly,
             rays: self.rays + other.rays,
+            squares: self.squares + other.squares,
+            errors: self.errors + other.errors,
+            ray_errors: self.ray_errors + other.ray_errors,
         }
     }
 }
@@ -111,10 +116,59 @@ impl Default for Work {
     }
 }
 
+/// What adds up over the pairs of two tiles.
+struct Sums<'a> {
+    model: &'a Model<'a>,
+    pairs: u64,
+    partly: u64,
+    square: f64,
+    error: f64,
+    ray_error: f64,
+}
+
+impl Sums<'_> {
+    /// Takes in a pair that exchanges `s` m², with the square of the error of that if it is hidden in
+    /// part, and hands it on.
+    #[inline]
+    fn add(
+        &mut self,
+        i: usize,
+        j: usize,
+        s: f64,
+        error: Option<f64>,
+        each: &mut impl FnMut(usize, usize, f32),
+    ) {
+        let [a, b] = [i, j].map(|k| self.model.areas[k]);
+        let kept = down(s.min(a).min(b).max(0.0));
+        let both = 1.0 / (a * a) + 1.0 / (b * b);
+        self.square += both * f64::from(kept) * f64::from(kept);
+        self.error += both * error.unwrap_or(0.0);
+        if kept > 0.0 {
+            self.pairs += 1;
+            self.partly += u64::from(error.is_some());
+            each(i, j, kept);
+        }
+    }
+
+    fn counts(&self) -> Counts {
+        let unit = self.model.typical * self.model.typical;
+        Counts {
+            pairs: self.pairs,
+            partly: self.partly,
+            squares: fixed(self.square / unit),
+            errors: fixed(self.error / unit),
+            ray_errors: fixed(self.ray_error / unit),
+            ..Counts::default()
+        }
+    }
+}
+
 /// How pairs are evaluated.
 pub(super) struct Task<'a> {
     pub model: &'a Model<'a>,
     pub error: f64,
+    /// How many times more rays than usual pairs get.
+    pub scale: f64,
     pub seed: u32,
     /// Patches whose pairs alone are asked for, by their places in the order of the tree.
     pub wanted: Option<&'a [bool]>,
@@ -146,6 +200,14 @@ impl Task<'_> {
         let count = work.pending.len();
         self.descend([a, b], [rows.from, columns.from], 0..count, work);
         let scale2 = self.model.bvh.scale().powi(2);
+        let mut sums = Sums {
+            model: self.model,
+            pairs: 0,
+            partly: 0,
+            square: 0.0,
+            error: 0.0,
+            ray_error: 0.0,
+        };
         for r in rows.from as usize..rows.to as usize {
             let class = &work.class[(r - rows.from as usize) * TILE..][..TILE];
             let first = if a == b { r + 1 } else { columns.from as usize };
@@ -168,7 +230,7 @@ impl Task<'_> {
                 }
                 let rough = f64::from(s.abs()) * scale2;
                 if s > 0.0 && class == SEEN {
-                    work.counts.add(false, self.model.rounded(r, c, rough), |s| each(r, c, s));
+                    sums.add(r, c, rough, None, &mut each);
                     continue;
                 }
                 let between = match class {
@@ -182,26 +244,29 @@ impl Task<'_> {
                 let factor = self.factor(r, c, rough);
                 let known = s > 0.0 || s != CLOSELY && factor <= STRADDLING * self.error;
                 if known && class == SEEN {
-                    work.counts.add(false, self.model.rounded(r, c, rough), |s| each(r, c, s));
+                    sums.add(r, c, rough, None, &mut each);
                     continue;
                 }
                 let rays = self.rays(factor);
                 let simple = self.model.is_simple(r) && self.model.is_simple(c);
                 if s != CLOSELY && (left_to_rays(between, rays) || known && !simple) {
-                    work.probes.asked.push(Asked::new(c, rough, rays));
+                    let rays = (self.scale * f64::from(rays)).clamp(1.0, MOST_RAYS as f64);
+                    work.probes.asked.push(Asked::new(c, rough, rays as u32));
                     continue;
                 }
                 let known = (s > 0.0 && simple).then_some(rough);
-                let s = self.closely(r, c, known, between, &mut work.room);
-                work.counts.add(class != SEEN, self.model.rounded(r, c, s), |s| each(r, c, s));
+                let (s, error) = self.closely(r, c, known, between, &mut work.room);
+                sums.add(r, c, s, (class != SEEN).then_some(error), &mut each);
             }
             work.probes.trace(self.model, r, self.seed);
-            for asked in &work.probes.asked {
-                let c = asked.column as usize;
-                let s = self.model.rounded(r, c, asked.exchange * asked.visible());
-                work.counts.add(true, s, |s| each(r, c, s));
+            let before = sums.error;
+            for (asked, share, error) in work.probes.shares() {
+                let s = asked.exchange;
+                sums.add(r, asked.column as usize, s * share, Some(s * s * error), &mut each);
             }
+            sums.ray_error += sums.error - before;
         }
+        work.counts = work.counts.and(sums.counts());
         work.counts.rays += std::mem::take(&mut work.room.rays);
         work.counts.rays += std::mem::take(&mut work.probes.count);
     }
@@ -211,14 +276,14 @@ impl Task<'_> {
         s / self.model.areas[i].min(self.model.areas[j]) / self.model.typical
     }
 
-    /// Shadow rays that a pair deserves, at least one.
+    /// Shadow rays that a pair usually deserves, at least one.
     fn rays(&self, factor: f64) -> u32 {
         let rays = RAYS * factor * (1e-3 / self.error).powf(RAYS_BY_ERROR);
         rays.clamp(1.0, MOST_RAYS as f64) as u32
     }
 
-    /// S of one pair, 0 if it exchanges nothing; `known` unoccluded, if it is. Without a list of blockers
-    /// rays tell.
+    /// S of one pair, 0 if it exchanges nothing, and the square of its error; `known` unoccluded, if it
+    /// is. Without a list of blockers rays tell.
     fn closely(
         &self,
         i: usize,
@@ -226,9 +291,9 @@ impl Task<'_> {
         known: Option<f64>,
         blockers: Option<&[u32]>,
         room: &mut Room,
-    ) -> f64 {
+    ) -> (f64, f64) {
         let model = self.model;
-        let mut sum = 0.0;
+        let (mut sum, mut error) = (0.0, 0.0);
         for p in model.pieces(i) {
             for q in model.pieces(j) {
                 let polygons = match known {
@@ -243,7 +308,7 @@ impl Task<'_> {
                     continue;
                 }
                 let v = if blockers.is_some_and(<[u32]>::is_empty) {
-                    1.0
+                    Visible::ALL
                 } else {
                     let factor = self.factor(i, j, s);
                     let pair = Pair {
@@ -255,21 +320,16 @@ impl Task<'_> {
                     };
                     pair.visible(model, room)
                 };
-                sum += s * v;
+                sum += s * v.share;
+                error += s * s * v.error;
             }
         }
-        sum
+        (sum, error)
     }
 
     /// Sorts out the blockers `given` (a range of the pending ones) between two nodes; `origin` is
     /// where their tiles begin.
-    fn descend(
-        &self,
-        nodes: [u32; 2],
-        origin: [u32; 2],
-        given: std::ops::Range<usize>,
-        work: &mut Work,
-    ) {
+    fn descend(&self, nodes: [u32; 2], origin: [u32; 2], given: Range<usize>, work: &mut Work) {
         let tree = &self.model.tree;
         let [a, b] = nodes.map(|n| &tree.nodes[n as usize]);
         if !self.wants(a.from..a.to, b.from..b.to) {

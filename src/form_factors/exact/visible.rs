@@ -13,6 +13,7 @@ use glam::{DVec3, Vec3};
 use super::blockers::{Blocker, NONE};
 use super::cover::{Drawn, Hidden, MOST, Target, aim, cover};
 use super::model::{Model, Piece};
+use super::probes::TOGETHER;
 use super::unoccluded::{Polygon, area};
 use crate::form_factors::sampling::{Random, on_triangle};
 use crate::visibility::{LANES, Packet};
@@ -95,6 +96,9 @@ struct Seen {
     most: f64,
     /// Sum of the squares of hidden shares.
     squares: f64,
+    /// Points that looked. They are spread evenly: their mean errs by about half of what they differ
+    /// by, over their number.
+    points: u32,
 }
 
 impl Seen {
@@ -149,9 +153,22 @@ const POINTS: [[f64; 3]; LANES] = {
     points
 };
 
+/// What is seen of a pair.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Visible {
+    /// Share of the exchange, 0..1.
+    pub share: f64,
+    /// Square of its error, as far as the points and rays that it comes from tell.
+    pub error: f64,
+}
+
+impl Visible {
+    pub const ALL: Self = Self { share: 1.0, error: 0.0 };
+}
+
 impl Pair<'_> {
-    /// The visible share, 0..1.
-    pub fn visible(&self, model: &Model<'_>, room: &mut Room) -> f64 {
+    /// The visible share.
+    pub fn visible(&self, model: &Model<'_>, room: &mut Room) -> Visible {
         room.cuts.clear();
         let Some(blockers) = self.blockers else { return self.by_rays(1.0, model, room) };
         for &b in blockers {
@@ -162,7 +179,7 @@ impl Pair<'_> {
             }
         }
         match room.cuts.len() {
-            0 => return 1.0,
+            0 => return Visible::ALL,
             1..=MANY => {}
             _ => return self.by_rays(1.0, model, room),
         }
@@ -172,16 +189,17 @@ impl Pair<'_> {
             return self.by_rays(1.0, model, room);
         }
         if seen.all <= 0.0 {
-            return 1.0;
+            return Visible::ALL;
         }
         if seen.most - seen.least > OVERLAP * seen.all {
             let (least, most) = (1.0 - seen.most / seen.all, 1.0 - seen.least / seen.all);
             let gap = (seen.most - seen.least) / seen.all;
-            return self
-                .by_rays(gap, model, room)
-                .clamp(least.clamp(0.0, 1.0), most.clamp(0.0, 1.0));
+            let by_rays = self.by_rays(gap, model, room);
+            let share = by_rays.share.clamp(least.clamp(0.0, 1.0), most.clamp(0.0, 1.0));
+            return Visible { share, ..by_rays };
         }
-        (1.0 - seen.hidden / seen.all).clamp(0.0, 1.0)
+        let share = (1.0 - seen.hidden / seen.all).clamp(0.0, 1.0);
+        Visible { share, error: (0.5 * seen.spread() / f64::from(seen.points)).powi(2) }
     }
 
     /// What of a blocker lies between the polygons, if anything may.
@@ -329,6 +347,7 @@ impl Pair<'_> {
                 sum[l] += h;
             }
         }
+        seen.points += LANES as u32;
         for l in 0..LANES {
             let weight = f64::from(target.weight[l]) * share;
             seen.all += weight;
@@ -341,15 +360,20 @@ impl Pair<'_> {
     }
 
     /// Asks shadow rays; the more, the larger the share of the pair is that is in doubt.
-    fn by_rays(&self, doubt: f64, model: &Model<'_>, room: &mut Room) -> f64 {
+    fn by_rays(&self, doubt: f64, model: &Model<'_>, room: &mut Room) -> Visible {
         let rays = (RAYS * self.effort * doubt) as usize;
-        let (all, kept) =
-            self.trace(model, rays.clamp(LEAST_RAYS, MOST_RAYS) / LANES * LANES, room);
-        if all > 0.0 { kept / all } else { 1.0 }
+        let rays = rays.clamp(LEAST_RAYS, MOST_RAYS) / LANES * LANES;
+        let [(a, p), (b, q)] = self.trace(model, rays, room);
+        if a + b <= 0.0 {
+            return Visible::ALL;
+        }
+        let error = if a > 0.0 && b > 0.0 { TOGETHER * (p / a - q / b).powi(2) } else { 1.0 };
+        Visible { share: (p + q) / (a + b), error }
     }
 
-    /// The kernel between `count` pairs of points, of all and of those that see each other.
-    fn trace(&self, model: &Model<'_>, count: usize, room: &mut Room) -> (f64, f64) {
+    /// The kernel between `count` pairs of points, of all and of those that see each other: that of
+    /// the even ones, and of the odd ones.
+    fn trace(&self, model: &Model<'_>, count: usize, room: &mut Room) -> [(f64, f64); 2] {
         let Room { packets, weights, blocked, .. } = room;
         packets.clear();
         packets.resize(count / LANES, Packet::EMPTY);
@@ -379,9 +403,13 @@ impl Pair<'_> {
         blocked.resize(count / LANES, 0);
         model.bvh.blocked(packets, blocked);
         room.rays += count as u64;
-        let sees = |k: &usize| room.blocked[k / LANES] >> (k % LANES) & 1 == 0;
-        let kept = (0..count).filter(sees).map(|k| room.weights[k]).sum();
-        (room.weights.iter().sum(), kept)
+        let mut halves = [(0.0, 0.0); 2];
+        for (k, &weight) in room.weights.iter().enumerate() {
+            let (all, clear) = &mut halves[k & 1];
+            *all += weight;
+            *clear += if room.blocked[k / LANES] >> (k % LANES) & 1 == 0 { weight } else { 0.0 };
+        }
+        halves
     }
 }
 
