@@ -14,7 +14,11 @@
 //! 4. Of pairs in part hidden, the visible share is found by clipping, in closed form on one of the
 //!    patches; where blockers overlap, by shadow rays (`visible`, `cover`). Where sorting out many
 //!    small blockers would take longer than rays, far pairs get rays alone: the fewer, the less their
-//!    factor weighs among all, and packed over neighbouring pairs (`probes`).
+//!    factor weighs among all, and packed over neighbouring pairs (`probes`). How many in all follows
+//!    from what a sample of rows errs by; the errors of all pairs add up to [`Exact::estimate`].
+//!
+//! What something stands on is cut along the contact ([`Patches::own_area`]); far pairs take such a patch
+//! for one triangle of the same second moments (`triangles`).
 //!
 //! Each pair is evaluated once, in the order of the hierarchy, and S is stored rounded towards zero:
 //! so reciprocity holds to stored precision, and 0 ≤ S ≤ min(A_i, A_j) always.
@@ -26,8 +30,8 @@
 //!
 //! # Deviations
 //! - Far pairs behind crowds of small blockers (`probes`) get few shadow rays, whose points are uniform
-//!   and not weighted by the kernel; a pair whose first rays all agree is not looked at again, so
-//!   faint half-shadows lean towards all or nothing.
+//!   and not weighted by the kernel; pairs whose first rays, and those of their neighbours, all agree
+//!   are not looked at again, so faint half-shadows lean towards all or nothing.
 //! - Pairs that touch and are hidden in part take the kernel as linear over small parts: beside a
 //!   skirting the visible share comes out .5 % too high.
 
