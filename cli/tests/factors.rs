@@ -408,7 +408,7 @@ fn an_occluded_room_is_exact_by_default() {
     for (i, row) in f.iter().enumerate() {
         let sum: f64 = row.iter().sum::<f64>() + back[i];
         let off = (sum - 1.0).abs();
-        // Faces that stand on others look along cells of mixed owners, which are nobody's.
+        // At the foot of the crate pairs touch and are hidden in part.
         assert!(off < 5e-3, "row {i}: {sum}, back {}", back[i]);
         beyond += usize::from(off >= 2e-3);
         for (j, there) in row.iter().enumerate() {
@@ -418,7 +418,7 @@ fn an_occluded_room_is_exact_by_default() {
             assert!((there - back).abs() <= rounding, "{i} {j}: {there} {back}");
         }
     }
-    assert!(beyond <= 2, "{beyond} rows");
+    assert!(beyond <= 5, "{beyond} rows");
     // Both spellings of an error are the same share.
     let same =
         |error: &str| factors(&bench, "room.obj", &[&flags[..2], &["--error", error]].concat());
