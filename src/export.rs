@@ -51,7 +51,8 @@ pub fn can_write(path: &Path) -> Result<(), ExportError> {
 }
 
 /// The folder that a file lies in.
-fn folder_of(path: &Path) -> &Path {
+#[must_use]
+pub fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use clap::ValueEnum;
 use hemicube::direct::ApartOptions;
-use hemicube::export::{can_write, read_npz, write_png, write_whole};
+use hemicube::export::{can_write, folder_of, read_npz, write_png, write_whole};
 use hemicube::form_factors::{
     Draw, EngineError, ExactOptions, FormFactors, HemicubeOptions, RaysOptions,
 };
@@ -108,7 +108,7 @@ fn output_of(scene: &Scene, args: &Render) -> Result<PathBuf, Failure> {
 
 /// Refuses a file in a folder that is not there or cannot be written to, before any work is done.
 pub fn ensure_folder(path: &Path) -> Result<(), Failure> {
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let folder = folder_of(path);
     if !folder.is_dir() {
         return Err(Failure::Input(format!("{}: no such folder", folder.display())));
     }

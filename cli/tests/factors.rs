@@ -429,18 +429,20 @@ fn an_occluded_room_is_exact_by_default() {
 fn through_a_file_is_the_same_to_the_byte() {
     let bench = Bench::new().with("room.obj", room_with_crate());
     let run = |file: &str, more: &[&str]| {
-        let flags = ["--patch-size", "0.02", "--engine", "hemicube", "--resolution", "32"];
         let report = ["-o", file, "--report", "r.json"];
-        bench.run(&[&["factors", "room.obj"], &flags[..], &report, more].concat()).ok();
+        bench.run(&[&["factors", "room.obj"][..], &report[..], more].concat()).ok();
         let report: serde_json::Value =
             serde_json::from_slice(&fs::read(bench.path("r.json")).unwrap()).unwrap();
         let through = report["through_a_file"].as_bool().unwrap();
         (fs::read(bench.path(file)).unwrap(), through, report["account"].clone())
     };
-    for more in [&[][..], &["--threshold", "0.001"]] {
+    let hemicube = ["--patch-size", "0.02", "--engine", "hemicube", "--resolution", "32"];
+    let exact = ["--patch-size", "0.02"];
+    let thinned = [&hemicube[..], &["--threshold", "0.001"]].concat();
+    for (more, memory) in [(&hemicube[..], "14M"), (&thinned, "14M"), (&exact, "25M")] {
         let all = run("a.npz", more);
-        let little = run("b.npz", &[more, &["--memory", "14M"]].concat());
-        assert_eq!((all.1, little.1), (false, true));
+        let little = run("b.npz", &[more, &["--memory", memory]].concat());
+        assert_eq!((all.1, little.1), (false, true), "{more:?}");
         assert!(all.0 == little.0, "{more:?}");
         assert_eq!(all.2, little.2);
     }

@@ -19,6 +19,9 @@ const FIRST: (usize, u64) = (256, 4_000);
 /// Most by which rays or patches grow from turn to turn.
 const GROWTH: f64 = 16.0;
 
+/// The solver may leave this share of the error that is allowed.
+const SOLVER: f64 = 0.05;
+
 /// Noise falls as this power of the number of rays, evenly spread as they are.
 const NOISE_POWER: f64 = 0.7;
 
@@ -51,23 +54,26 @@ pub fn light_within(
     if let EngineOptions::Rays { rows, .. } = &mut options.engine {
         rows.samples = FIRST.0;
     }
-    let mut best: Option<Solution> = None;
+    // What the solver leaves is in no stated error.
+    options.solve.tolerance = options.solve.tolerance.min(SOLVER * target);
+    let mut best: Option<(f64, Solution)> = None;
     for _ in 0..TURNS {
-        let solution = match (light(scene, &options, progress), best.take()) {
-            (Ok(solution), _) => solution,
-            (Err(e), Some(best)) if is_too_much(&e) => return Ok(best),
-            (Err(error), _) => return Err(error),
+        let mut solution = match light(scene, &options, progress) {
+            Ok(solution) => solution,
+            Err(e) if best.is_some() && is_too_much(&e) => break,
+            Err(error) => return Err(error),
         };
-        let mut solution = solution;
         let error = error_of(scene, &solution);
         solution.report.error = Some(error);
-        if error.total <= target || !better(&mut options, fixed, error, target) {
-            return Ok(solution);
+        if best.as_ref().is_none_or(|b| error.total <= b.0) {
+            best = Some((error.total, solution));
         }
-        best = Some(solution);
+        if error.total <= target || !better(&mut options, fixed, error, target) {
+            break;
+        }
     }
     // There is one after the first turn.
-    best.map_or_else(|| light(scene, &options, progress), Ok)
+    best.map_or_else(|| light(scene, &options, progress), |b| Ok(b.1))
 }
 
 /// What a solution states of itself.

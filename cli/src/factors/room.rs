@@ -1,8 +1,6 @@
 //! Whether a matrix has room where it is to go, before it is made.
 
-use std::path::Path;
-
-use hemicube::export::Spill;
+use hemicube::export::{Spill, folder_of};
 use hemicube::matrix::{Forecast, Shelf};
 
 use super::Format;
@@ -34,8 +32,7 @@ pub fn shelf(
     };
     let through_a_file = !forecast.fits() && !args.enclosure;
     let spilled = if through_a_file { Spill::ENTRY_BYTES * forecast.entries } else { 0 };
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let free = machine::free_disk(folder).unwrap_or(u64::MAX);
+    let free = machine::free_disk(folder_of(path)).unwrap_or(u64::MAX);
     if file + spilled > free {
         let remedy = match format {
             Format::Npz => "use fewer patches, --threshold or --group, or another disk",
