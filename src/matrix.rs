@@ -182,8 +182,6 @@ pub struct SurfaceRow {
 pub struct Matrix {
     /// The patches.
     pub patches: Patches,
-    /// Area of each patch that its factors are means over, m².
-    areas: Vec<f64>,
     /// Which row is which patch.
     pub layout: Layout,
     held: Held,
@@ -252,7 +250,7 @@ pub fn make_where(
             remedy: if options.enclosure { NOT_CLOSED } else { TO_A_FILE },
         });
     }
-    let areas = maker.areas(&patches);
+    let areas: Vec<f64> = patches.ids().map(|i| patches.own_area(i)).collect();
     let made = maker.make(&patches, options, &forecast, shelf, &areas, progress)?;
     drop(maker);
     clock.lap("form factors");
@@ -302,7 +300,7 @@ pub fn make_where(
     });
     report.entries = held.entries();
     report.stages = clock.stages;
-    Ok(Matrix { patches, areas, layout, held, sums, scales, report })
+    Ok(Matrix { patches, layout, held, sums, scales, report })
 }
 
 impl Matrix {
@@ -323,7 +321,7 @@ impl Matrix {
     /// Area of the patch of row `i` in m²; 0 for a triangle that takes no part.
     #[must_use]
     pub fn area(&self, i: usize) -> f64 {
-        self.layout.faces[i].patch.map_or(0.0, |p| self.areas[p.index()])
+        self.layout.faces[i].patch.map_or(0.0, |p| self.patches.own_area(p))
     }
 
     /// Name of the surface of row `i`.
@@ -348,7 +346,7 @@ impl Matrix {
             None => geometry.corners(face.triangle),
         };
         let account = self.account(i);
-        let area = |p: crate::patches::PatchId| self.areas[p.index()];
+        let area = |p: crate::patches::PatchId| self.patches.own_area(p);
         SurfaceRow {
             triangle: Some(face.triangle.0),
             side: Some(face.side),

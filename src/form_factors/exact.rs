@@ -184,12 +184,6 @@ impl<'a> Exact<'a> {
         if c.squares > 0 { (c.errors as f64 / c.squares as f64).sqrt() } else { 0.0 }
     }
 
-    /// Area in m² of each patch that its factors are means over: [`Patches::own_area`].
-    #[must_use]
-    pub fn areas(&self) -> Vec<f64> {
-        self.model.place.iter().map(|&at| self.model.areas[at as usize]).collect()
-    }
-
     fn task<'b>(&'b self, wanted: Option<&'b [bool]>) -> Task<'b> {
         let error = self.options.error();
         Task { model: &self.model, error, scale: self.scale, seed: self.options.seed, wanted }

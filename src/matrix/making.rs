@@ -73,14 +73,6 @@ impl<'a> Maker<'a> {
         options.report(self.engine())
     }
 
-    /// Area of each patch that its factors are means over, m².
-    pub fn areas(&self, patches: &Patches) -> Vec<f64> {
-        match self {
-            Self::Exact(exact) => exact.areas(),
-            Self::Rows(_) => patches.ids().map(|i| patches.own_area(i)).collect(),
-        }
-    }
-
     fn pairs(&self) -> Option<PairsReport> {
         let Self::Exact(exact) = self else { return None };
         let [evaluated, partly_hidden, shadow_rays] = exact.counts();

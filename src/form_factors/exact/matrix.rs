@@ -104,10 +104,12 @@ impl Exact<'_> {
         let n = model.len();
         let order = &model.tree.order;
         let mut dense = vec![0.0_f32; own.len() * n];
+        let mut count = 0;
         for other in 0..upper.len() {
             let (a, b) = (tile.min(other), tile.max(other));
             let pairs = &upper[b][a];
             let (rows, columns) = (self.tile_range(a), self.tile_range(b));
+            count += pairs.exchange.len() * if a == b { 2 } else { 1 };
             for i in rows.clone() {
                 let k = i - rows.start;
                 let range = usize::from(pairs.starts[k])..usize::from(pairs.starts[k + 1]);
@@ -123,7 +125,6 @@ impl Exact<'_> {
             }
         }
         let ids = order[own].iter().map(|&p| PatchId(p)).collect();
-        let count = dense.iter().filter(|s| **s > 0.0).count();
         let mut band = Band {
             ids,
             starts: vec![0],

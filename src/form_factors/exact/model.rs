@@ -9,7 +9,7 @@ use super::far::{CLOSELY, Columns, exchange_with};
 use super::shaft::BlockerTree;
 use super::tree::{Extent, Tree};
 use super::triangles::Triangles;
-use super::unoccluded::{Polygon, area, exchange, facing};
+use super::unoccluded::{Polygon, exchange, facing};
 use super::visible::MOST_RAYS;
 use crate::patches::{PatchId, Patches, at_barycentric};
 use crate::scene::{Geometry, Side, TriangleId};
@@ -49,7 +49,7 @@ pub(super) struct Model<'a> {
     pieces: Vec<Piece>,
     /// Where the pieces of each patch begin, in the order of the tree, and where the last end.
     starts: Vec<u32>,
-    /// Area of the pieces of each patch in m², in the order of the tree.
+    /// [`Patches::own_area`] of each patch, in the order of the tree.
     pub areas: Vec<f64>,
     /// Place in the order of the tree of each patch.
     pub place: Vec<u32>,
@@ -91,8 +91,7 @@ impl<'a> Model<'a> {
         let (mut starts, mut areas) = (vec![0], Vec::with_capacity(place.len()));
         for (parts, &p) in in_order().zip(&tree.order) {
             starts.push(starts[starts.len() - 1] + parts.len() as u32);
-            let sum: f64 = parts.iter().map(|p| area(p.corners)).sum();
-            areas.push(if sum > 0.0 { sum } else { patches.area(PatchId(p)) });
+            areas.push(patches.own_area(PatchId(p)));
         }
         let pieces: Vec<Part> = in_order().flatten().copied().collect();
         let pieces: Vec<Piece> = pieces.par_iter().map(piece).collect();
@@ -148,7 +147,11 @@ impl<'a> Model<'a> {
             }
             count += n;
         }
-        (sum / count.max(1) as f64).sqrt().max(f64::MIN_POSITIVE)
+        match sum > 0.0 {
+            true => (sum / count as f64).sqrt(),
+            // Patches that see nothing, all of them: as if each saw all others alike.
+            false => 1.0 / n.max(1) as f64,
+        }
     }
 
     /// S of a pair with nothing in the way; of patches of several pieces, that of the first of them

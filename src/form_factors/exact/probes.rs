@@ -2,8 +2,8 @@
 //! of a row.
 //!
 //! What single rays err by in one pair says nothing about the next; over a row it averages out. How
-//! many a pair gets follows from its factor and the error asked for alone. A first third of them
-//! tells whether the pair is in doubt: only then the others are traced.
+//! many a pair gets follows from its factor and the error asked for. The first few of them tell
+//! whether the pair and its neighbours in the hierarchy are in doubt: only then the others are traced.
 //!
 //! Points of the pairs of one row are stratified among each other: pair c has the c-th point of
 //! Kronecker's four-dimensional sequence, shifted at random for each row, and further rays of the

@@ -93,9 +93,9 @@ impl Counts {
             pairs: self.pairs + other.pairs,
             partly: self.partly + other.partly,
             rays: self.rays + other.rays,
-            squares: self.squares + other.squares,
-            errors: self.errors + other.errors,
-            ray_errors: self.ray_errors + other.ray_errors,
+            squares: self.squares.saturating_add(other.squares),
+            errors: self.errors.saturating_add(other.errors),
+            ray_errors: self.ray_errors.saturating_add(other.ray_errors),
         }
     }
 }
