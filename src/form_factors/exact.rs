@@ -12,7 +12,8 @@
 //! 3. The unoccluded part is summed over points for far pairs, 16 at a time (`far`), and integrated
 //!    along contours for near and touching ones (`unoccluded`).
 //! 4. Of pairs in part hidden, the visible share is found by clipping, in closed form on one of the
-//!    patches; where blockers overlap, by shadow rays (`visible`, `cover`). Where sorting out many
+//!    patches; where many blockers overlap, by shadow rays (`visible`, `cover`), which between touching
+//!    patches go by solid angle (`solid_angle`). Where sorting out many
 //!    small blockers would take longer than rays, far pairs get rays alone: the fewer, the less their
 //!    factor weighs among all, and packed over neighbouring pairs (`probes`). How many in all follows
 //!    from what a sample of rows errs by; the errors of all pairs add up to [`Exact::estimate`].
@@ -32,8 +33,6 @@
 //! - Far pairs behind crowds of small blockers (`probes`) get few shadow rays, whose points are uniform
 //!   and not weighted by the kernel; pairs whose first rays, and those of their neighbours, all agree
 //!   are not looked at again, so faint half-shadows lean towards all or nothing.
-//! - Pairs that touch and are hidden in part take the kernel as linear over small parts: beside a
-//!   skirting the visible share comes out .5 % too high.
 
 mod blockers;
 mod cover;
@@ -42,6 +41,7 @@ mod matrix;
 mod model;
 mod probes;
 mod shaft;
+mod solid_angle;
 #[cfg(test)]
 mod tests;
 mod tile;

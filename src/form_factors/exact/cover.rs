@@ -7,8 +7,8 @@
 //! depends on whether an edge is taken to lie just inside or just outside of the triangle, as edges
 //! often coincide.
 //!
-//! The kernel K is taken to be linear over the triangle, so that the triangle must be small
-//! against its distance.
+//! The kernel K is taken to be linear over a triangle that is small against its distance. Over
+//! others, it is integrated around what is hidden, by Lambert's formula (1760).
 
 #![allow(clippy::needless_range_loop, reason = "loops over lanes, which become vectors")]
 
@@ -27,9 +27,13 @@ pub(super) struct Target {
     pub corners: [Vec3; 3],
     /// The points.
     pub from: [Lanes; 3],
-    /// Kernel towards each corner, up to a factor that all lanes share.
+    /// Whether the kernel is far from linear.
+    pub closely: bool,
+    /// Unit normal of the plane that the points lie in.
+    near: Vec3,
+    /// Kernel towards each corner, over the sum of them.
     kernel: [Lanes; 3],
-    /// Their sum: the weight of the lane.
+    /// ∫ K dA over the target: the weight of the lane.
     pub weight: Lanes,
     /// Directions to the corners, crossed with the opposite edge, over the determinant.
     dual: [[Lanes; 3]; 3],
@@ -53,6 +57,8 @@ impl Target {
     pub const EMPTY: Self = Self {
         corners: [Vec3::ZERO; 3],
         from: [[0.0; LANES]; 3],
+        closely: false,
+        near: Vec3::ZERO,
         kernel: [[0.0; LANES]; 3],
         weight: [0.0; LANES],
         dual: [[[0.0; LANES]; 3]; 3],
@@ -60,7 +66,7 @@ impl Target {
 }
 
 multiversion! {
-    /// Prepares a target whose `corners` and `from` are set, seen from a plane with normal `near`; `far`
+    /// Prepares a target whose `corners`, `from` and `closely` are set, seen from a plane with normal `near`; `far`
     /// is its own normal.
     pub(super) fn aim(target: &mut Target, near: Vec3, far: Vec3) = aim_kernel
 }
@@ -69,6 +75,9 @@ multiversion! {
 fn aim_kernel(target: &mut Target, near: Vec3, far: Vec3) {
     let [p0, p1, p2] = target.corners;
     let (e0, e1, e2) = (p2 - p1, p0 - p2, p1 - p0);
+    target.near = near;
+    let third = e0.cross(e1).length() / 6.0;
+    let closely = target.closely;
     let Target { from: [fx, fy, fz], kernel: [k0, k1, k2], weight, dual: [m0, m1, m2], .. } =
         target;
     let ([m0x, m0y, m0z], [m1x, m1y, m1z], [m2x, m2y, m2z]) = (m0, m1, m2);
@@ -98,9 +107,44 @@ fn aim_kernel(target: &mut Target, near: Vec3, far: Vec3) {
         let kc = if hc * height > 0.0 { hc * height / (rc * rc) } else { 0.0 };
         let sum = ka + kb + kc;
         let share = if sum > 0.0 { 1.0 / sum } else { 0.0 };
-        weight[l] = sum;
+        weight[l] = sum * third;
         (k0[l], k1[l], k2[l]) = (ka * share, kb * share, kc * share);
     }
+    if closely {
+        for l in 0..LANES {
+            let x = Vec3::new(fx[l], fy[l], fz[l]);
+            let [a, b, c] = [p0 - x, p1 - x, p2 - x];
+            let around = edge(a, b, near) + edge(b, c, near) + edge(c, a, near);
+            weight[l] = if around < 0.0 { -0.5 * around } else { 0.0 };
+        }
+    }
+}
+
+/// What an edge adds to Lambert's sum: its angle as seen from the origin, times the height of the unit
+/// normal of the triangle that it makes with it.
+#[inline(always)]
+fn edge(u: Vec3, v: Vec3, normal: Vec3) -> f32 {
+    let cross = u.cross(v);
+    let sine = cross.length();
+    let height = cross.dot(normal);
+    if sine > 0.0 { angle(sine, u.dot(v)) * height / sine } else { 0.0 }
+}
+
+/// The angle 0..π with a sine (not negative) and cosine, up to a common factor, to 2e-7.
+///
+/// The polynomial is that of Moshier's Cephes library (1989).
+#[inline(always)]
+fn angle(sine: f32, cosine: f32) -> f32 {
+    use std::f32::consts::{FRAC_PI_2, FRAC_PI_4, PI};
+    let c = cosine.abs();
+    let (low, high) = if sine < c { (sine, c) } else { (c, sine) };
+    let beyond = low > 0.414_213_56 * high;
+    let t = if beyond { (low - high) / (low + high) } else { low / high };
+    let z = t * t;
+    let p = ((0.080_537_446 * z - 0.138_776_86) * z + 0.199_777_11) * z - 0.333_329_5;
+    let t = p * z * t + t + if beyond { FRAC_PI_4 } else { 0.0 };
+    let t = if sine < c { t } else { FRAC_PI_2 - t };
+    if cosine < 0.0 { PI - t } else { t }
 }
 
 multiversion! {
@@ -147,35 +191,11 @@ fn cover_kernel(
         turn[l] = if height > 0.0 { 1.0 } else { -1.0 };
     }
     let mut sum = [0.0_f32; LANES];
-    let [k0, k1, k2] = &target.kernel;
     for k in 0..count {
-        let [a0, a1, a2] = &drawn[k];
-        let [b0, b1, b2] = &drawn[if k + 1 < count { k + 1 } else { 0 }];
-        for l in 0..LANES {
-            let (a, b) = ([a0[l], a1[l], a2[l]], [b0[l], b1[l], b2[l]]);
-            // The part of the edge within the wedge at p₀.
-            let (from, to) = clip(a[1], b[1], 0.0, 1.0);
-            let (from, to) = clip(a[2], b[2], from, to);
-            // Where it passes out of the triangle.
-            let (a_in, b_in) = (a[0] >= 0.0, b[0] >= 0.0);
-            let zero = a[0] / (a[0] - b[0]);
-            let zero = if zero > from { zero } else { from };
-            let zero = if zero < to { zero } else { to };
-            let (k1l, k2l) = (k1[l] - k0[l], k2[l] - k0[l]);
-            let (s, t) = (if a_in { from } else { zero }, if b_in { to } else { zero });
-            let (p, q) = (between(&a, &b, s), between(&a, &b, t));
-            let (sp, sq) = (1.0 / (p[0] + p[1] + p[2]), 1.0 / (q[0] + q[1] + q[2]));
-            let (pu, pv, qu, qv) = (p[1] * sp, p[2] * sp, q[1] * sq, q[2] * sq);
-            let kernel = 3.0 * k0[l] + k1l * (pu + qu) + k2l * (pv + qv);
-            let part = (pu * qv - pv * qu) * kernel;
-            let within = if (a_in | b_in) & (s < t) { part } else { 0.0 };
-            let (s, t) = (if a_in { zero } else { from }, if b_in { zero } else { to });
-            let (p, q) = (between(&a, &b, s), between(&a, &b, t));
-            let (pv, qv) = (p[2] / (p[1] + p[2]), q[2] / (q[1] + q[2]));
-            let kernel = 3.0 * k0[l] + k1l * (2.0 - pv - qv) + k2l * (pv + qv);
-            let part = (qv - pv) * kernel;
-            let beyond = if !(a_in & b_in) & (s < t) { part } else { 0.0 };
-            sum[l] += if from < to { within + beyond } else { 0.0 };
+        let corners = [&drawn[k], &drawn[if k + 1 < count { k + 1 } else { 0 }]];
+        match target.closely {
+            true => add_closely(target, corners, &mut sum),
+            false => add(target, corners, &mut sum),
         }
     }
     for l in 0..LANES {
@@ -184,6 +204,67 @@ fn cover_kernel(
         // What is not a number counts as nothing.
         let all = if counts & (all > 0.0) { all } else { 0.0 };
         hidden.0[l] += if all < 1.0 { all } else { 1.0 };
+    }
+}
+
+/// Adds what of the target lies between p₀ and an edge of a polygon, given in homogeneous barycentric
+/// coordinates, twice over and with the kernel thrice.
+#[inline(always)]
+fn add(target: &Target, [a, b]: [&[Lanes; 3]; 2], sum: &mut Lanes) {
+    let ([a0, a1, a2], [b0, b1, b2], [k0, k1, k2]) = (a, b, &target.kernel);
+    for l in 0..LANES {
+        let (a, b) = ([a0[l], a1[l], a2[l]], [b0[l], b1[l], b2[l]]);
+        // The part of the edge within the wedge at p₀.
+        let (from, to) = clip(a[1], b[1], 0.0, 1.0);
+        let (from, to) = clip(a[2], b[2], from, to);
+        // Where it passes out of the triangle.
+        let (a_in, b_in) = (a[0] >= 0.0, b[0] >= 0.0);
+        let zero = a[0] / (a[0] - b[0]);
+        let zero = if zero > from { zero } else { from };
+        let zero = if zero < to { zero } else { to };
+        let (k1l, k2l) = (k1[l] - k0[l], k2[l] - k0[l]);
+        let (s, t) = (if a_in { from } else { zero }, if b_in { to } else { zero });
+        let (p, q) = (between(&a, &b, s), between(&a, &b, t));
+        let (sp, sq) = (1.0 / (p[0] + p[1] + p[2]), 1.0 / (q[0] + q[1] + q[2]));
+        let (pu, pv, qu, qv) = (p[1] * sp, p[2] * sp, q[1] * sq, q[2] * sq);
+        let kernel = 3.0 * k0[l] + k1l * (pu + qu) + k2l * (pv + qv);
+        let part = (pu * qv - pv * qu) * kernel;
+        let within = if (a_in | b_in) & (s < t) { part } else { 0.0 };
+        let (s, t) = (if a_in { zero } else { from }, if b_in { zero } else { to });
+        let (p, q) = (between(&a, &b, s), between(&a, &b, t));
+        let (pv, qv) = (p[2] / (p[1] + p[2]), q[2] / (q[1] + q[2]));
+        let kernel = 3.0 * k0[l] + k1l * (2.0 - pv - qv) + k2l * (pv + qv);
+        let part = (qv - pv) * kernel;
+        let beyond = if !(a_in & b_in) & (s < t) { part } else { 0.0 };
+        sum[l] += if from < to { within + beyond } else { 0.0 };
+    }
+}
+
+/// The same where the kernel is far from linear: the sum around what lies between, over that around
+/// the target.
+#[inline(always)]
+fn add_closely(target: &Target, [a, b]: [&[Lanes; 3]; 2], sum: &mut Lanes) {
+    let ([a0, a1, a2], [b0, b1, b2]) = (a, b);
+    let [p0, p1, p2] = target.corners;
+    let [fx, fy, fz] = &target.from;
+    for l in 0..LANES {
+        let (a, b) = ([a0[l], a1[l], a2[l]], [b0[l], b1[l], b2[l]]);
+        let (from, to) = clip(a[1], b[1], 0.0, 1.0);
+        let (from, to) = clip(a[2], b[2], from, to);
+        let zero = a[0] / (a[0] - b[0]);
+        let zero = if zero > from { zero } else { from };
+        let zero = if zero < to { zero } else { to };
+        let x = Vec3::new(fx[l], fy[l], fz[l]);
+        let [r0, r1, r2] = [p0 - x, p1 - x, p2 - x];
+        // What lies beyond the target runs along its edge instead.
+        let at = |t: f32| {
+            let p = between(&a, &b, t);
+            r0 * if p[0] > 0.0 { p[0] } else { 0.0 } + r1 * p[1] + r2 * p[2]
+        };
+        let (p, z, q) = (at(from), at(zero), at(to));
+        let n = target.near;
+        let around = edge(r0, p, n) + edge(p, z, n) + edge(z, q, n) + edge(q, r0, n);
+        sum[l] += if from < to { -0.5 * around / target.weight[l] } else { 0.0 };
     }
 }
 
@@ -208,7 +289,7 @@ mod tests {
     use super::*;
     use glam::vec3;
 
-    fn target(corners: [Vec3; 3], from: Vec3, near: Vec3) -> Target {
+    fn target(corners: [Vec3; 3], from: Vec3) -> Target {
         let mut target = Target { corners, ..Target::EMPTY };
         for l in 0..LANES {
             let shift = 0.01 * l as f32;
@@ -216,12 +297,15 @@ mod tests {
             target.from[1][l] = from.y - 0.5 * shift;
             target.from[2][l] = from.z;
         }
-        let far = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize();
-        aim(&mut target, near, far);
         target
     }
 
-    /// By counting points of the triangle, weighted by the kernel's linear course.
+    fn far(t: &Target) -> Vec3 {
+        let [a, b, c] = t.corners;
+        (b - a).cross(c - a).normalize()
+    }
+
+    /// By counting points of the triangle, weighted by the kernel or by its linear course.
     fn counted(t: &Target, l: usize, polygon: &[Vec3], normal: Vec3) -> f32 {
         let x = vec3(t.from[0][l], t.from[1][l], t.from[2][l]);
         let (mut hit, mut all, n) = (0.0, 0.0, 300);
@@ -230,7 +314,11 @@ mod tests {
                 let (u, v) = ((i as f32 + 0.33) / n as f32, (j as f32 + 0.33) / n as f32);
                 let w = 1.0 - u - v;
                 let p = t.corners[0] * w + t.corners[1] * u + t.corners[2] * v;
-                let kernel = t.kernel[0][l] * w + t.kernel[1][l] * u + t.kernel[2][l] * v;
+                let r = p - x;
+                let kernel = match t.closely {
+                    true => t.near.dot(r) * -far(t).dot(r) / r.length_squared().powi(2),
+                    false => t.kernel[0][l] * w + t.kernel[1][l] * u + t.kernel[2][l] * v,
+                };
                 all += kernel;
                 let (h0, h1) = (normal.dot(x - polygon[0]), normal.dot(p - polygon[0]));
                 if h0 * h1 >= 0.0 {
@@ -251,58 +339,63 @@ mod tests {
     fn covers_what_rays_find_covered() {
         let corners = [vec3(0.0, 0.0, 0.0), vec3(1.0, 0.1, 0.0), vec3(0.2, 0.9, 0.0)];
         let from = vec3(0.3, 0.4, 3.0);
-        let t = target(corners, from, vec3(0.3, 0.0, -1.0).normalize());
-        let shapes = [
-            vec![
-                vec3(0.0, 0.0, 1.0),
-                vec3(0.5, 0.0, 1.0),
-                vec3(0.5, 0.5, 1.2),
-                vec3(0.0, 0.5, 1.2),
-            ],
-            vec![
-                vec3(-9.0, -9.0, 1.0),
-                vec3(0.4, -9.0, 1.0),
-                vec3(0.4, 9.0, 1.0),
-                vec3(-9.0, 9.0, 1.0),
-            ],
-            vec![vec3(0.2, 0.2, 0.5), vec3(0.4, 0.2, 0.5), vec3(0.3, 0.4, 0.7)],
-            vec![vec3(-9.0, -9.0, 2.0), vec3(9.0, -9.0, 2.0), vec3(0.0, 19.0, 2.0)],
-            vec![vec3(3.0, 3.0, 1.0), vec3(4.0, 3.0, 1.0), vec3(3.0, 4.0, 1.0)],
-            // Reaches above the points.
-            vec![
-                vec3(0.25, -1.0, 0.2),
-                vec3(0.25, 0.3, 0.2),
-                vec3(0.1, 0.3, 9.0),
-                vec3(0.1, -1.0, 9.0),
-            ],
-            // Stands on the triangle.
-            vec![
-                vec3(0.2, 0.2, 0.0),
-                vec3(0.5, 0.3, 0.0),
-                vec3(0.5, 0.3, 1.0),
-                vec3(0.2, 0.2, 1.0),
-            ],
-        ];
-        let mut drawn = Drawn::EMPTY;
-        for (n, mut shape) in shapes.into_iter().enumerate() {
-            for _ in 0..2 {
-                let normal = (shape[1] - shape[0]).cross(shape[2] - shape[0]).normalize();
-                let mut hidden = Hidden([0.0; LANES]);
-                cover(&t, &shape, normal, 0.0, &mut drawn, &mut hidden);
-                let mut one = Hidden([0.0; LANES]);
-                cover(&t, &shape, normal, 1.0, &mut drawn, &mut one);
-                let mut other = Hidden([0.0; LANES]);
-                cover(&t, &shape, normal, -1.0, &mut drawn, &mut other);
-                for l in [0, 7, 15] {
-                    let expected = counted(&t, l, &shape, normal);
-                    assert!(
-                        (hidden.0[l] - expected).abs() < 0.01,
-                        "{n}: {} {expected}",
-                        hidden.0[l]
-                    );
-                    assert_eq!(one.0[l] + other.0[l], hidden.0[l]);
+        for (closely, from) in [(false, from), (true, from), (true, vec3(0.3, 0.4, 0.6))] {
+            let mut t = target(corners, from);
+            t.closely = closely;
+            let toward = far(&t);
+            aim(&mut t, vec3(0.3, 0.0, -1.0).normalize(), toward);
+            let shapes = [
+                vec![
+                    vec3(0.0, 0.0, 1.0),
+                    vec3(0.5, 0.0, 1.0),
+                    vec3(0.5, 0.5, 1.2),
+                    vec3(0.0, 0.5, 1.2),
+                ],
+                vec![
+                    vec3(-9.0, -9.0, 1.0),
+                    vec3(0.4, -9.0, 1.0),
+                    vec3(0.4, 9.0, 1.0),
+                    vec3(-9.0, 9.0, 1.0),
+                ],
+                vec![vec3(0.2, 0.2, 0.5), vec3(0.4, 0.2, 0.5), vec3(0.3, 0.4, 0.7)],
+                vec![vec3(-9.0, -9.0, 2.0), vec3(9.0, -9.0, 2.0), vec3(0.0, 19.0, 2.0)],
+                vec![vec3(3.0, 3.0, 1.0), vec3(4.0, 3.0, 1.0), vec3(3.0, 4.0, 1.0)],
+                // Reaches above the points.
+                vec![
+                    vec3(0.25, -1.0, 0.2),
+                    vec3(0.25, 0.3, 0.2),
+                    vec3(0.1, 0.3, 9.0),
+                    vec3(0.1, -1.0, 9.0),
+                ],
+                // Stands on the triangle.
+                vec![
+                    vec3(0.2, 0.2, 0.0),
+                    vec3(0.5, 0.3, 0.0),
+                    vec3(0.5, 0.3, 1.0),
+                    vec3(0.2, 0.2, 1.0),
+                ],
+            ];
+            let mut drawn = Drawn::EMPTY;
+            for (n, mut shape) in shapes.into_iter().enumerate() {
+                for _ in 0..2 {
+                    let normal = (shape[1] - shape[0]).cross(shape[2] - shape[0]).normalize();
+                    let mut hidden = Hidden([0.0; LANES]);
+                    cover(&t, &shape, normal, 0.0, &mut drawn, &mut hidden);
+                    let mut one = Hidden([0.0; LANES]);
+                    cover(&t, &shape, normal, 1.0, &mut drawn, &mut one);
+                    let mut other = Hidden([0.0; LANES]);
+                    cover(&t, &shape, normal, -1.0, &mut drawn, &mut other);
+                    for l in [0, 7, 15] {
+                        let expected = counted(&t, l, &shape, normal);
+                        assert!(
+                            (hidden.0[l] - expected).abs() < 0.01,
+                            "{n}: {} {expected}",
+                            hidden.0[l]
+                        );
+                        assert_eq!(one.0[l] + other.0[l], hidden.0[l]);
+                    }
+                    shape.reverse();
                 }
-                shape.reverse();
             }
         }
     }

@@ -195,9 +195,9 @@ impl<'a> Model<'a> {
         first + hit.unwrap_or(0)
     }
 
-    /// The solid triangle that a piece lies on.
-    pub fn own(&self, piece: usize) -> Option<u32> {
-        self.pieces.get(piece).and_then(|p| p.own)
+    /// One of all pieces.
+    pub fn piece(&self, number: usize) -> &Piece {
+        &self.pieces[number]
     }
 
     /// Bytes of memory that it takes, about.

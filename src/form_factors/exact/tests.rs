@@ -1,7 +1,7 @@
 use glam::DVec3;
 
 use super::*;
-use crate::form_factors::Engine;
+use crate::form_factors::{Engine, Rays, RaysOptions};
 use crate::progress::Silent;
 use crate::scene::{Material, SceneBuilder, Side, Sides, Surface, builtin};
 
@@ -264,7 +264,7 @@ fn random_scenes_keep_the_bounds() {
             }
         }
         // Large triangles that pierce each other are the hardest: few patches, all of them parted.
-        let most = if scene_number % 2 == 0 { 6e-3 } else { 2e-3 };
+        let most = if scene_number % 2 == 0 { 4e-3 } else { 1.2e-3 };
         assert!(lost / inside < most, "{scene_number}: {}", lost / inside);
     }
 }
@@ -320,9 +320,50 @@ fn the_visible_share_is_weighted_by_the_kernel() {
     ];
     let g = scene(&t, Sides::One);
     let p = Patches::uniform(&g, 10.0).unwrap();
-    let rows = rows_of(&g, &p, ExactOptions { error: 1e-4, seed: 0 });
-    let f: f64 =
-        [0, 1].map(|i| (2..4).map(|j| rows[i].factor_to(PatchId(j))).sum::<f64>()).iter().sum();
-    let share = 0.5 * f / 0.200_043_776_1;
-    assert!((share - 0.7838).abs() < 0.005, "{share}");
+    for (error, bound) in [(1e-3, 2e-3), (1e-4, 6e-4), (1e-5, 6e-4)] {
+        let share = share_of(&g, &p, ExactOptions { error, seed: 0 });
+        // Integrated apart, with what lines along the edge exchange in closed form. What lies within
+        // 1e-4 of the edge is hidden least, and weighs 2.5e-4.
+        assert!((share - 0.783_874).abs() < bound, "{error}: {share}");
+    }
+}
+
+/// Share that is visible of what the first two patches, a unit square, exchange with the next two, a
+/// square upright on its edge.
+fn share_of(g: &Geometry, p: &Patches, options: ExactOptions) -> f64 {
+    let rows = rows_of(g, p, options);
+    let f: f64 = [0, 1].iter().flat_map(|&i| [2, 3].map(|j| rows[i].factor_to(PatchId(j)))).sum();
+    0.5 * f / 0.200_043_776_1
+}
+
+#[test]
+fn rays_between_touching_patches_go_by_solid_angle() {
+    // So many slats before the wall's foot that they are left to rays.
+    let (o, x, y, z) = (DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z);
+    let mut t = vec![[o, x, x + y], [o, x + y, y], [o, x + z, x], [o, z, x + z]];
+    for k in 0..60 {
+        let at = |k: i32, slant: f64| {
+            let away = 1e-4 + slant * 0.002 * f64::from(k * 7 % 10);
+            x * (f64::from(k) / 20.0 - 1.0) + y * away + z * 1e-4
+        };
+        let (a, b, h) = (at(k, 1.0), at(k, 0.5) + x / 20.0, z * 0.1);
+        t.extend([[a, a + h, b + h], [a, b + h, b]]);
+    }
+    let g = scene(&t, Sides::One);
+    let p = Patches::uniform(&g, 10.0).unwrap();
+    let bvh = Bvh::new(&g);
+    let rays = Rays::new(&g, &p, &bvh, RaysOptions { samples: 1 << 20, seed: 1 });
+    let expected: f64 = [0, 1]
+        .map(|i| {
+            let mut row = Row::default();
+            rays.row(PatchId(i), &mut row);
+            row.factor_to(PatchId(2)) + row.factor_to(PatchId(3))
+        })
+        .iter()
+        .sum();
+    let expected = 0.5 * expected / 0.200_043_776_1;
+    for seed in 0..8 {
+        let share = share_of(&g, &p, ExactOptions { error: 1e-4, seed });
+        assert!((share - expected).abs() < 0.01, "{seed}: {share} {expected}");
+    }
 }

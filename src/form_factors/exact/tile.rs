@@ -316,6 +316,7 @@ impl Task<'_> {
                         polygons: polygons.into(),
                         blockers,
                         effort: 0.5 * factor * (1e-3 / self.error),
+                        exchange: s,
                         seed: u64::from(self.seed).wrapping_mul(SEED) ^ (i as u64) << 32 ^ j as u64,
                     };
                     pair.visible(model, room)

@@ -97,7 +97,8 @@ impl Polygon {
         (part.len > 2).then_some(part)
     }
 
-    fn centre(&self) -> DVec3 {
+    /// Mean of the corners.
+    pub fn centre(&self) -> DVec3 {
         self.corners().iter().sum::<DVec3>() / self.len as f64
     }
 

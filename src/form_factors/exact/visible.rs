@@ -5,8 +5,11 @@
 //! ```
 //!
 //! Where no two blockers overlap, as seen from 16 points of one polygon, the share of the other that
-//! is hidden from each has a closed form ([`cover`]). Otherwise shadow rays are traced between
+//! is hidden from each has a closed form ([`cover`]); where these differ, more points are asked.
+//! Otherwise shadow rays are traced between
 //! stratified pairs of points, each weighted by its K; the more of them, the more the pair matters.
+
+use std::f64::consts::PI;
 
 use glam::{DVec3, Vec3};
 
@@ -14,6 +17,7 @@ use super::blockers::{Blocker, NONE};
 use super::cover::{Drawn, Hidden, MOST, Target, aim, cover};
 use super::model::{Model, Piece};
 use super::probes::TOGETHER;
+use super::solid_angle::point_by_angle;
 use super::unoccluded::{Polygon, area};
 use crate::form_factors::sampling::{Random, on_triangle};
 use crate::visibility::{LANES, Packet};
@@ -21,19 +25,22 @@ use crate::visibility::{LANES, Packet};
 /// A pair with more blockers is left to rays.
 const MANY: usize = 24;
 
-/// If it is open which share of a pair's weight overlapping blockers hide, beyond this, rays tell.
+/// If it is open which share of a pair's weight overlapping blockers hide, beyond this, the far
+/// triangle is split, and at last rays tell.
 const OVERLAP: f64 = 0.02;
 
 /// A triangle is small against its distance from another below this ratio of its longest edge to
 /// it: the kernel is then nearly linear over it.
 const SMALL: f64 = 0.4;
 
-/// Triangles are split so often at most to be small; those of pairs that matter much, more often.
+/// So often a triangle is split at most to be small.
 const SPLITS: u32 = 2;
-const MOST_SPLITS: u32 = 9;
 
-/// More points are asked if their view of the blockers differs by more than this, times the effort.
+/// Points that differ by more than this in what they see, times their weight and the effort, are
+/// replaced by those of the triangle's quarters; so often at most, and the far triangle so often.
 const SPREAD: f64 = 0.2;
+const FINER: u32 = 6;
+const CLEARER: u32 = 4;
 
 /// Shadow rays of a pair of the mean factor that is all in doubt, and of any pair.
 const RAYS: f64 = 192.0;
@@ -102,6 +109,20 @@ struct Seen {
 }
 
 impl Seen {
+    fn add(&mut self, other: &Self) {
+        self.all += other.all;
+        self.hidden += other.hidden;
+        self.least += other.least;
+        self.most += other.most;
+        self.squares += other.squares;
+        self.points += other.points;
+    }
+
+    /// How much is open about the hidden share.
+    fn gap(&self) -> f64 {
+        (self.most - self.least) / self.all.max(f64::MIN_POSITIVE)
+    }
+
     /// Standard deviation of the hidden share from point to point.
     fn spread(&self) -> f64 {
         let mean = self.hidden / self.all.max(f64::MIN_POSITIVE);
@@ -127,6 +148,8 @@ pub(super) struct Pair<'a> {
     pub blockers: Option<&'a [u32]>,
     /// How much finer than usual the pair is to be sampled.
     pub effort: f64,
+    /// S of the pieces with nothing in the way, m².
+    pub exchange: f64,
     pub seed: u64,
 }
 
@@ -191,10 +214,9 @@ impl Pair<'_> {
         if seen.all <= 0.0 {
             return Visible::ALL;
         }
-        if seen.most - seen.least > OVERLAP * seen.all {
+        if seen.gap() > OVERLAP {
             let (least, most) = (1.0 - seen.most / seen.all, 1.0 - seen.least / seen.all);
-            let gap = (seen.most - seen.least) / seen.all;
-            let by_rays = self.by_rays(gap, model, room);
+            let by_rays = self.by_rays(seen.gap(), model, room);
             let share = by_rays.share.clamp(least.clamp(0.0, 1.0), most.clamp(0.0, 1.0));
             return Visible { share, ..by_rays };
         }
@@ -239,41 +261,34 @@ impl Pair<'_> {
     /// What points of one polygon see of the other. They lie on the one that is farther from what hides
     /// the other: its shadow moves least. Where they see very differently, more of them are asked.
     fn by_cover(&self, room: &mut Room) -> Seen {
-        let [a, b] = self.polygons.each_ref().map(centre);
+        let [a, b] = self.polygons.each_ref().map(Polygon::centre);
         let way = |room: &Room, weight: &dyn Fn(&Cut) -> f64| {
             let nearer = |c: &Cut| weight(c) * (c.distance(b) - c.distance(a));
             if room.cuts.iter().map(nearer).sum::<f64>() <= 0.0 { (0, 1) } else { (1, 0) }
         };
         let guess = way(room, &|_| 1.0);
-        let mut seen = self.view(guess, 0, room);
+        let seen = self.view(guess, 0, room);
         let best = if seen.hidden > 0.0 { way(room, &|c| c.hides) } else { guess };
-        if best != guess {
-            seen = self.view(best, 0, room);
-        }
-        match self.effort * seen.spread() / SPREAD {
-            x if x <= 1.0 => seen,
-            x if x <= 8.0 => self.view(best, 1, room),
-            _ => self.view(best, 2, room),
+        let clear = seen.gap() <= OVERLAP && self.effort * seen.spread() <= SPREAD;
+        match best == guess && clear {
+            true => seen,
+            false => self.view(best, FINER, room),
         }
     }
 
-    /// What points of polygon `from` see of polygon `to`, if split `finer` times.
+    /// What points of polygon `from` see of polygon `to`, where that differs split up to `finer` times.
     fn view(&self, (from, to): (usize, usize), finer: u32, room: &mut Room) -> Seen {
         let mut seen = Seen::default();
-        let splits = match self.effort {
-            e if e > 4.0 => MOST_SPLITS,
-            e if e > 2.0 => SPLITS + 1,
-            _ => SPLITS,
-        };
         for x in self.polygons[from].fan() {
             for y in self.polygons[to].fan() {
-                self.look(x, y, (from, to), (splits, finer), room, &mut seen);
+                self.look(x, y, (from, to), (SPLITS, finer), room, &mut seen);
             }
         }
         seen
     }
 
-    /// Adds what points of `x` see of `y`, both split until they are small.
+    /// Adds what points of `x` see of `y`. First `x` is split until it is small. Then it is where its
+    /// points see differently, and `y` where blockers overlap, both by their weight in all the pair.
     fn look(
         &self,
         x: [DVec3; 3],
@@ -283,33 +298,37 @@ impl Pair<'_> {
         room: &mut Room,
         seen: &mut Seen,
     ) {
-        let distance = SMALL * middle(x).distance(middle(y));
-        let (wide, long) = (longest(x) > 2.0 * distance, longest(y) > distance);
-        if finer > 0 || splits > 0 && wide {
-            let (splits, finer) =
-                if finer > 0 { (splits, finer - 1) } else { (splits - u32::from(!long), finer) };
+        let small = SMALL * middle(x).distance(middle(y));
+        if splits > 0 && longest(x) > 2.0 * small {
             for x in quarters(x) {
-                self.look(x, y, (from, to), (splits, finer), room, seen);
-            }
-            return;
-        }
-        if splits > 0 && long {
-            for y in quarters(y) {
                 self.look(x, y, (from, to), (splits - 1, finer), room, seen);
             }
             return;
         }
-        self.lanes(x, y, (from, to), room, seen);
+        room.target.closely = longest(y) > small;
+        let local = self.lanes(x, y, (from, to), room);
+        let weight = local.all / (PI * self.exchange);
+        if finer > 0 && self.effort * weight * local.spread() > SPREAD {
+            for x in quarters(x) {
+                self.look(x, y, (from, to), (0, finer - 1), room, seen);
+            }
+        } else if finer > FINER - CLEARER && weight * local.gap() > OVERLAP {
+            for y in quarters(y) {
+                self.look(x, y, (from, to), (0, finer - 1), room, seen);
+            }
+        } else {
+            seen.add(&local);
+        }
     }
 
+    /// What 16 points of `x` see of `y`.
     fn lanes(
         &self,
         x: [DVec3; 3],
         y: [DVec3; 3],
         (from, to): (usize, usize),
         room: &mut Room,
-        seen: &mut Seen,
-    ) {
+    ) -> Seen {
         let Room { cuts, target, drawn, polygon, .. } = room;
         let origin = middle(y);
         target.corners = y.map(|c| (c - origin).as_vec3());
@@ -323,7 +342,7 @@ impl Pair<'_> {
         let [near, far] = [from, to].map(|k| self.polygons[k].normal.as_vec3());
         aim(target, near, far);
         let (mut clear, mut most, mut sum) = ([1.0_f32; LANES], [0.0_f32; LANES], [0.0_f32; LANES]);
-        let share = area_of(x) * area(y);
+        let share = area_of(x);
         for group in cuts.chunk_by_mut(|a, b| a.group == b.group) {
             let mut hidden = Hidden([0.0; LANES]);
             let mut before = 0.0_f32;
@@ -347,7 +366,7 @@ impl Pair<'_> {
                 sum[l] += h;
             }
         }
-        seen.points += LANES as u32;
+        let mut seen = Seen { points: LANES as u32, ..Seen::default() };
         for l in 0..LANES {
             let weight = f64::from(target.weight[l]) * share;
             seen.all += weight;
@@ -357,6 +376,7 @@ impl Pair<'_> {
             seen.least += weight * f64::from(most[l]);
             seen.most += weight * f64::from(sum[l].min(1.0));
         }
+        seen
     }
 
     /// Asks shadow rays; the more, the larger the share of the pair is that is in doubt.
@@ -380,7 +400,10 @@ impl Pair<'_> {
         weights.clear();
         weights.resize(count, 0.0);
         let shift: [f64; 4] = Random::new(self.seed).numbers();
-        let [p, q] = &self.polygons;
+        // Rays begin on the smaller one, from where the other appears much alike.
+        let from = usize::from(self.polygons[0].area() > self.polygons[1].area());
+        let (p, q, own) = (&self.polygons[from], &self.polygons[1 - from], self.pieces[from].own);
+        let touches = p.centre().distance(q.centre()) < q.fan().map(longest).fold(0.0, f64::max);
         let (from, to) = (Area::new(p), Area::new(q));
         for (k, s) in model.samples[..count].iter().enumerate() {
             let u: [f64; 4] = std::array::from_fn(|d| {
@@ -388,15 +411,21 @@ impl Pair<'_> {
                 if x < 1.0 { x } else { x - 1.0 }
             });
             let x = from.point(u[0], u[1]);
-            let y = to.point(u[2], u[3]);
-            let r = y - x;
-            let r2 = r.length_squared();
-            let weight = p.normal.dot(r).max(0.0) * (-q.normal.dot(r)).max(0.0) / (r2 * r2);
+            // Either the kernel over points spread evenly over the area, or what is left of it over
+            // directions spread evenly over the solid angle.
+            let (y, weight) = if touches {
+                let Some((y, angle)) = point_by_angle(q, x, u[2], u[3]) else { continue };
+                (y, angle * p.normal.dot((y - x).normalize_or_zero()))
+            } else {
+                let y = to.point(u[2], u[3]);
+                let (r, r2) = (y - x, (y - x).length_squared());
+                (y, p.normal.dot(r).max(0.0) * (-q.normal.dot(r)).max(0.0) / (r2 * r2))
+            };
             if weight > 0.0 {
                 weights[k] = weight;
                 let start = model.bvh.local(x);
                 let way = model.bvh.local(y) - start;
-                packets[k / LANES].set(k % LANES, start, way, 1.0, self.pieces[0].own);
+                packets[k / LANES].set(k % LANES, start, way, 1.0, own);
             }
         }
         blocked.clear();
@@ -433,10 +462,6 @@ fn before(corners: &[DVec3], of: &Polygon, touching: f64, part: &mut Vec<DVec3>)
         }
         from = to;
     }
-}
-
-fn centre(p: &Polygon) -> DVec3 {
-    p.corners().iter().sum::<DVec3>() / p.corners().len() as f64
 }
 
 fn middle(t: [DVec3; 3]) -> DVec3 {

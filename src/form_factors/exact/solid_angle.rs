@@ -1,0 +1,105 @@
+//! Points of a polygon, spread evenly over the solid angle under which it appears.
+
+use glam::DVec3;
+
+use super::unoccluded::Polygon;
+
+/// The point of a polygon of up to five corners with coordinates in the unit square, uniform in the
+/// solid angle about `x`, and that angle in sr; `None` if it has none.
+pub(super) fn point_by_angle(q: &Polygon, x: DVec3, u: f64, v: f64) -> Option<(DVec3, f64)> {
+    let mut parts = [None; 3];
+    parts.iter_mut().zip(q.fan()).for_each(|(part, t)| *part = Apparent::new(t, x));
+    let parts = || parts.iter().flatten();
+    let total: f64 = parts().map(|p| p.angle).sum();
+    let mut left = u * total;
+    let hit = parts().find(|p| {
+        left -= p.angle;
+        left <= 0.0
+    });
+    let part = hit.or(parts().last())?;
+    let d = part.direction((left / part.angle + 1.0).clamp(0.0, 1.0), v);
+    let t = q.normal.dot(q.corners()[0] - x) / q.normal.dot(d);
+    t.is_finite().then_some((x + d * t, total))
+}
+
+/// A triangle as it appears from a point.
+#[derive(Debug, Clone, Copy)]
+struct Apparent {
+    /// Unit directions to the corners.
+    corners: [DVec3; 3],
+    /// Angle at the first corner, its sine and cosine.
+    alpha: f64,
+    sine: f64,
+    cosine: f64,
+    /// Cosine of the side from the first to the second corner.
+    side: f64,
+    /// Solid angle in sr.
+    angle: f64,
+}
+
+impl Apparent {
+    /// The triangle with corners `t` from `x`; none if it has no solid angle.
+    fn new(t: [DVec3; 3], x: DVec3) -> Option<Self> {
+        let [a, b, c] = t.map(|p| (p - x).normalize_or_zero());
+        let [ab, bc, ca] = [a.cross(b), b.cross(c), c.cross(a)];
+        let inner = |from: DVec3, to: DVec3| (-from).cross(to).length().atan2(-from.dot(to));
+        let alpha = inner(ca, ab);
+        let (sine, cosine) = alpha.sin_cos();
+        // Van Oosterom & Strackee (1983): exact for small ones, too.
+        let volume = a.dot(bc).abs();
+        let angle = 2.0 * volume.atan2(1.0 + a.dot(b) + b.dot(c) + c.dot(a));
+        let fine = angle > 1e-9 && sine > 0.0;
+        fine.then_some(Self { corners: [a, b, c], alpha, sine, cosine, side: a.dot(b), angle })
+    }
+
+    /// The direction with coordinates in the unit square, uniform in solid angle: Arvo (1995).
+    fn direction(&self, u: f64, v: f64) -> DVec3 {
+        let [a, b, c] = self.corners;
+        let (s, t) = (u * self.angle - self.alpha).sin_cos();
+        let (p, q) = (t - self.cosine, s + self.sine * self.side);
+        let along = ((q * t - p * s) * self.cosine - q) / ((q * s + p * t) * self.sine);
+        let along = along.clamp(-1.0, 1.0);
+        let end = a * along + across(c, a) * (1.0 - along * along).sqrt();
+        let z = 1.0 - v * (1.0 - end.dot(b));
+        b * z + across(end, b) * (1.0 - z * z).max(0.0).sqrt()
+    }
+}
+
+/// The unit vector across `to`, towards `p`.
+fn across(p: DVec3, to: DVec3) -> DVec3 {
+    (p - to * p.dot(to)).normalize_or_zero()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::dvec3;
+
+    #[test]
+    fn directions_are_spread_evenly() {
+        let t = [dvec3(0.0, 0.0, 1.0), dvec3(2.0, 0.3, 1.0), dvec3(0.2, 1.5, 0.7)];
+        let whole = Apparent::new(t, DVec3::ZERO).unwrap();
+        // The parts on both sides of a line through a corner get their shares of the points.
+        let middle = 0.3 * t[1] + 0.7 * t[2];
+        let part = Apparent::new([t[0], t[1], middle], DVec3::ZERO).unwrap();
+        let rest = Apparent::new([t[0], middle, t[2]], DVec3::ZERO).unwrap();
+        assert!((part.angle + rest.angle - whole.angle).abs() < 1e-12);
+        let (wall, mut count, n) = (t[0].cross(middle), 0, 200);
+        let normal = (t[1] - t[0]).cross(t[2] - t[0]);
+        for i in 0..n {
+            for j in 0..n {
+                let at = |k: i32| (f64::from(k) + 0.5) / f64::from(n);
+                let d = whole.direction(at(i), at(j));
+                assert!((d.length() - 1.0).abs() < 1e-9);
+                let p = d * (normal.dot(t[0]) / normal.dot(d));
+                for k in 0..3 {
+                    let edge = t[(k + 1) % 3] - t[k];
+                    assert!(normal.dot(edge.cross(p - t[k])) > -1e-9);
+                }
+                count += i32::from(wall.dot(d) * wall.dot(t[1]) > 0.0);
+            }
+        }
+        let share = f64::from(count) / f64::from(n * n);
+        assert!((share - part.angle / whole.angle).abs() < 2e-3, "{share}");
+    }
+}
