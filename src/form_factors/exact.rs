@@ -86,8 +86,8 @@ impl ExactOptions {
     }
 }
 
-/// Rays that tell where the rest of a row ends.
-const ACCOUNT_RAYS: usize = 256;
+/// Rays that tell where the rest of a row ends: first so many, and more if they leave some of it open.
+const ACCOUNT_RAYS: [usize; 2] = [256, 4096];
 
 /// The rest of a row may exceed what rays find by this share of 1, and by three times their standard
 /// error, before it is `lost`.
@@ -96,7 +96,7 @@ const ACCOUNT_ERROR: f64 = 1e-3;
 /// The exact engine.
 pub struct Exact<'a> {
     model: Model<'a>,
-    rays: Rays<'a>,
+    rays: [Rays<'a>; 2],
     options: ExactOptions,
     /// How many times more rays than usual pairs get.
     scale: f64,
@@ -113,10 +113,13 @@ impl<'a> Exact<'a> {
         bvh: &'a Bvh,
         options: ExactOptions,
     ) -> Self {
-        let rays = RaysOptions { samples: ACCOUNT_RAYS, seed: options.seed };
+        let rays = |samples| {
+            let options = RaysOptions { samples, seed: options.seed };
+            Rays::new(geometry, patches, bvh, options)
+        };
         let mut me = Self {
             model: Model::new(geometry, patches, bvh, options.error()),
-            rays: Rays::new(geometry, patches, bvh, rays),
+            rays: ACCOUNT_RAYS.map(rays),
             options,
             scale: 1.0,
             work: Mutex::new(Vec::new()),
@@ -136,22 +139,66 @@ impl<'a> Exact<'a> {
         const FALL: f64 = 0.63;
         const MOST: f64 = 16.0;
         let n = self.model.len();
-        let step = n.div_ceil((n / ONE_OF).clamp(1, MOST_ROWS)).max(1);
+        let rows = (n / ONE_OF).clamp(1, MOST_ROWS);
+        let step = n.div_ceil(rows).max(1);
         let wanted: Vec<bool> = (0..n).map(|at| at % step == step / 2).collect();
         let task = self.task(Some(&wanted));
         self.tasks(&wanted).par_iter().for_each(|&(a, b)| {
             self.with_work(|work| task.tile(a, b, work, |_, _, _| {}));
         });
-        let mut counts = self.counts.lock().unwrap_or_else(PoisonError::into_inner);
-        let found = std::mem::take(&mut *counts);
-        drop(counts);
-        if found.squares == 0 || found.ray_errors == 0 {
+        let found = self.take_counts();
+        let rows = wanted.iter().filter(|w| **w).count();
+        let squares = self.seen_squares(rows) * task.pairs() as f64;
+        self.take_counts();
+        if squares <= 0.0 || found.ray_errors == 0 {
             return 1.0;
         }
-        let of_all = |errors: u128| errors as f64 / found.squares as f64;
+        let of_all = |errors: u128| tile::unfixed(errors) / squares;
         let allowed = task.error.powi(2);
         let left = (allowed - of_all(found.errors - found.ray_errors)).max(0.5 * allowed);
         (of_all(found.ray_errors) / left).powf(0.5 / FALL).clamp(1.0 / MOST, MOST)
+    }
+
+    /// The mean sum of the squares of both factors of a pair, over the square of what factors are like
+    /// with nothing in the way: twice the share of the squares that is seen. Some rows hold most of the squares; those tell, each by its squares.
+    fn seen_squares(&self, rows: usize) -> f64 {
+        let of = &self.model.some_squares;
+        let total: f64 = of.iter().map(|row| row.1).sum();
+        let mut upto = 0.0;
+        let (mut chosen, mut wanted) = (Vec::new(), vec![false; self.model.len()]);
+        for &(at, squares) in of {
+            upto += squares;
+            while chosen.len() < rows && upto >= total * (chosen.len() as f64 + 0.5) / rows as f64 {
+                chosen.push((at, squares));
+                wanted[at as usize] = true;
+            }
+        }
+        let task = self.task(Some(&wanted));
+        let seen: Vec<Vec<(u32, f64)>> = self
+            .tasks(&wanted)
+            .par_iter()
+            .map(|&(a, b)| {
+                let mut seen = Vec::new();
+                let square = |s: f32, at: usize| (f64::from(s) / self.model.areas[at]).powi(2);
+                self.with_work(|work| {
+                    task.tile(a, b, work, |i, j, s| {
+                        let of = [i, j].into_iter().filter(|&at| wanted[at]);
+                        seen.extend(of.map(|at| (at as u32, square(s, at))));
+                    });
+                });
+                seen
+            })
+            .collect();
+        let mut squares = vec![0.0; self.model.len()];
+        seen.iter().flatten().for_each(|&(at, square)| squares[at as usize] += square);
+        let shares =
+            chosen.iter().filter(|row| row.1 > 0.0).map(|row| squares[row.0 as usize] / row.1);
+        2.0 * shares.sum::<f64>() / chosen.len().max(1) as f64
+    }
+
+    /// What was done so far, which is forgotten.
+    fn take_counts(&self) -> Counts {
+        std::mem::take(&mut *self.counts.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
     /// The pairs of tiles that hold pairs of wanted patches.
@@ -205,14 +252,21 @@ impl<'a> Exact<'a> {
 
     /// Finds out where what the factors of a row leave of 1, if they add up to `sum`, ends.
     fn account(&self, id: PatchId, sum: f64, rays: &mut Row) -> RowAccount {
-        self.rays.row(id, rays);
         let rest = 1.0 - sum;
-        let gone = rays.environment + rays.back;
-        let noise = 3.0 * (gone * (1.0 - gone).max(0.0) / ACCOUNT_RAYS as f64).sqrt();
-        let known = rest.clamp(0.0, gone + noise + ACCOUNT_ERROR);
-        let share = if gone > 0.0 { known / gone } else { 0.0 };
-        let (environment, back) = (share * rays.environment, share * rays.back);
-        RowAccount { environment, back, lost: rest - environment - back }
+        let mut account = RowAccount::default();
+        for engine in &self.rays {
+            engine.row(id, rays);
+            let gone = rays.environment + rays.back;
+            let noise = 3.0 * (gone * (1.0 - gone).max(0.0) / engine.samples() as f64).sqrt();
+            let known = rest.clamp(0.0, gone + noise + ACCOUNT_ERROR);
+            let share = if gone > 0.0 { known / gone } else { 0.0 };
+            let (environment, back) = (share * rays.environment, share * rays.back);
+            account = RowAccount { environment, back, lost: rest - environment - back };
+            if account.lost.abs() <= ACCOUNT_ERROR || rest <= 0.0 {
+                break;
+            }
+        }
+        account
     }
 }
 

@@ -44,6 +44,9 @@ pub(super) struct Model<'a> {
     pub touching: f64,
     /// What factors are like: their root-mean-square.
     pub typical: f64,
+    /// Rows spread over the hierarchy, by places, and the sum of the squares of the factors of each,
+    /// were nothing in the way.
+    pub some_squares: Vec<(u32, f64)>,
     /// Points of a four-dimensional Sobol' sequence, scrambled as Owen (1995) does.
     pub samples: Vec<[f32; 4]>,
     pieces: Vec<Piece>,
@@ -116,6 +119,7 @@ impl<'a> Model<'a> {
             coplanar,
             touching,
             typical: 1.0,
+            some_squares: Vec::new(),
             samples: (0..MOST_RAYS as u32).map(|i| sobol_burley::sample_4d(i, 0, 0)).collect(),
             pieces,
             starts,
@@ -128,29 +132,37 @@ impl<'a> Model<'a> {
             me.shapes.push([0, 1, 2].map(local), p.polygon.normal);
         }
         me.shapes.pad();
+        me.some_squares = me.find_squares();
         me.typical = me.find_typical();
         me
     }
 
-    /// The root-mean-square of all factors, were nothing in the way, from those of some patches.
-    fn find_typical(&self) -> f64 {
-        const ROWS: usize = 64;
+    fn find_squares(&self) -> Vec<(u32, f64)> {
+        const ROWS: usize = 256;
         let n = self.len();
         let scale2 = self.bvh.scale().powi(2);
-        let mut row = vec![[0.0; LANES]; n.div_ceil(LANES)];
-        let (mut sum, mut count) = (0.0, 0_usize);
-        for i in (0..n).step_by(n.div_ceil(ROWS).max(1)) {
-            exchange_with(&self.columns, i, 0, &mut row);
-            for (j, &s) in row.as_flattened()[..n].iter().enumerate().filter(|e| *e.1 != 0.0) {
+        let square_sum = |row: &mut Vec<_>, i: usize| {
+            row.resize(n.div_ceil(LANES), [0.0; LANES]);
+            exchange_with(&self.columns, i, 0, row);
+            let each = row.as_flattened()[..n].iter().enumerate().filter(|e| *e.1 != 0.0);
+            let squares = each.map(|(j, &s)| {
                 let s = if s == CLOSELY { self.unoccluded(i, j) } else { f64::from(s) * scale2 };
-                sum += (s / self.areas[i]).powi(2);
-            }
-            count += n;
-        }
+                (s / self.areas[i]).powi(2)
+            });
+            (i as u32, squares.sum())
+        };
+        let step = n.div_ceil(ROWS).max(1);
+        let rows: Vec<usize> = (0..n).step_by(step).map(|i| (i + step / 2).min(n - 1)).collect();
+        rows.into_par_iter().map_init(Vec::new, square_sum).collect()
+    }
+
+    /// The root-mean-square of all factors, were nothing in the way.
+    fn find_typical(&self) -> f64 {
+        let sum: f64 = self.some_squares.iter().map(|row| row.1).sum();
         match sum > 0.0 {
-            true => (sum / count as f64).sqrt(),
+            true => (sum / (self.some_squares.len() * self.len()) as f64).sqrt(),
             // Patches that see nothing, all of them: as if each saw all others alike.
-            false => 1.0 / n.max(1) as f64,
+            false => 1.0 / self.len().max(1) as f64,
         }
     }
 

@@ -87,6 +87,11 @@ fn fixed(sum: f64) -> u128 {
     (sum * 4_294_967_296.0) as u128
 }
 
+/// The sum that [`Counts`] keep, over the square of what factors are like.
+pub(super) fn unfixed(sum: u128) -> f64 {
+    sum as f64 / 4_294_967_296.0
+}
+
 impl Counts {
     pub fn and(self, other: Self) -> Self {
         Self {
@@ -182,6 +187,18 @@ impl Task<'_> {
         let last = columns.end.max(columns.start + 1) - 1;
         any(rows.start as usize, rows.end as usize)
             || any(group_of(columns.start as usize).start, group_of(last as usize).end)
+    }
+
+    /// Number of pairs that are wanted, with those that are traced together with them.
+    pub fn pairs(&self) -> u64 {
+        let n = self.model.len() as u32;
+        let (mut after, mut sum) = (0, 0);
+        for at in (0..n).rev() {
+            let all = self.wanted.is_none_or(|w| w[at as usize]);
+            sum += u64::from(if all { n - 1 - at } else { after });
+            after += u32::from(self.wants(at..at, at..at + 1));
+        }
+        sum
     }
 
     /// Hands over `(i, j, S)` of all pairs i < j (places in the order of the tree) of tiles `a` and `b`
