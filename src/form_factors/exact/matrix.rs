@@ -9,6 +9,7 @@ use std::ops::ControlFlow;
 use rayon::prelude::*;
 
 use super::Exact;
+use super::tree::TILE;
 use crate::form_factors::rows::{Row, SinkError, Weights, sum};
 use crate::form_factors::stored::{AssembleError, Band, FormFactors, entry_bytes};
 use crate::patches::PatchId;
@@ -20,6 +21,51 @@ struct Upper {
     starts: Vec<u16>,
     columns: Vec<u8>,
     exchange: Vec<f32>,
+}
+
+/// The exchange between a tile and itself and those before it: in few large pieces, which go back to the
+/// system when they are dropped.
+#[derive(Debug, Default)]
+struct Column {
+    /// Where the rows of each tile begin, and where its last ends: [`TILE`] + 1 a tile, about its own
+    /// first entry.
+    starts: Vec<u16>,
+    /// Where the entries of each tile begin.
+    tiles: Vec<usize>,
+    columns: Vec<u8>,
+    exchange: Vec<f32>,
+}
+
+impl Column {
+    fn new(pairs: &[Upper]) -> Self {
+        let count = pairs.iter().map(|u| u.exchange.len()).sum();
+        let mut me = Self {
+            starts: Vec::with_capacity(pairs.len() * (TILE + 1)),
+            tiles: Vec::with_capacity(pairs.len()),
+            columns: Vec::with_capacity(count),
+            exchange: Vec::with_capacity(count),
+        };
+        for (k, pairs) in pairs.iter().enumerate() {
+            me.starts.extend_from_slice(&pairs.starts);
+            me.starts.resize((k + 1) * (TILE + 1), pairs.columns.len() as u16);
+            me.tiles.push(me.columns.len());
+            me.columns.extend_from_slice(&pairs.columns);
+            me.exchange.extend_from_slice(&pairs.exchange);
+        }
+        me
+    }
+
+    /// Number of entries of a tile.
+    fn len(&self, tile: usize) -> usize {
+        usize::from(self.starts[(tile + 1) * (TILE + 1) - 1])
+    }
+
+    /// Columns and exchange of row `k` of a tile.
+    fn row(&self, tile: usize, k: usize) -> impl Iterator<Item = (u8, f32)> {
+        let starts = &self.starts[tile * (TILE + 1) + k..][..2];
+        let [from, to] = [0, 1].map(|n| self.tiles[tile] + usize::from(starts[n]));
+        self.columns[from..to].iter().copied().zip(self.exchange[from..to].iter().copied())
+    }
 }
 
 /// Tiles whose columns are evaluated, or whose rows are written, together.
@@ -34,7 +80,7 @@ impl Exact<'_> {
         progress: &dyn Progress,
     ) -> Result<FormFactors, AssembleError> {
         let tiles = self.model.tree.tiles.len();
-        let mut upper: Vec<Vec<Upper>> = Vec::with_capacity(tiles);
+        let mut upper: Vec<Column> = Vec::with_capacity(tiles);
         let mut entries = 0;
         for first in (0..tiles).step_by(WAVE) {
             let wave = first..(first + WAVE).min(tiles);
@@ -46,8 +92,12 @@ impl Exact<'_> {
             if entries * entry_bytes(&Weights::Each(Vec::new())) > limit {
                 return Err(SinkError::Memory { limit_mib: limit >> 20 }.into());
             }
-            let mut made = made.into_iter();
-            upper.extend(wave.clone().map(|b| made.by_ref().take(b + 1).collect::<Vec<_>>()));
+            let mut made = &made[..];
+            for b in wave.clone() {
+                let (own, others) = made.split_at(b + 1);
+                upper.push(Column::new(own));
+                made = others;
+            }
             let done = wave.map(|t| self.tile_len(t)).sum::<usize>();
             if let ControlFlow::Break(()) = progress.advance(done as u64) {
                 return Err(AssembleError::Cancelled);
@@ -63,7 +113,7 @@ impl Exact<'_> {
                 .map(|t| self.rows(t, &upper))
                 .collect();
             made.into_iter().try_for_each(|band| factors.keep(band))?;
-            wave.for_each(|t| upper[t].clear());
+            wave.for_each(|t| upper[t] = Column::default());
             if let ControlFlow::Break(()) = progress.advance(0) {
                 return Err(AssembleError::Cancelled);
             }
@@ -92,13 +142,11 @@ impl Exact<'_> {
             });
         });
         upper.starts.resize(rows.len() + 1, upper.columns.len() as u16);
-        upper.columns.shrink_to_fit();
-        upper.exchange.shrink_to_fit();
         upper
     }
 
     /// The rows of a tile.
-    fn rows(&self, tile: usize, upper: &[Vec<Upper>]) -> Band {
+    fn rows(&self, tile: usize, upper: &[Column]) -> Band {
         let model = &self.model;
         let own = self.tile_range(tile);
         let n = model.len();
@@ -107,13 +155,10 @@ impl Exact<'_> {
         let mut count = 0;
         for other in 0..upper.len() {
             let (a, b) = (tile.min(other), tile.max(other));
-            let pairs = &upper[b][a];
             let (rows, columns) = (self.tile_range(a), self.tile_range(b));
-            count += pairs.exchange.len() * if a == b { 2 } else { 1 };
+            count += upper[b].len(a) * if a == b { 2 } else { 1 };
             for i in rows.clone() {
-                let k = i - rows.start;
-                let range = usize::from(pairs.starts[k])..usize::from(pairs.starts[k + 1]);
-                for (&c, &s) in pairs.columns[range.clone()].iter().zip(&pairs.exchange[range]) {
+                for (c, s) in upper[b].row(a, i - rows.start) {
                     let j = columns.start + usize::from(c);
                     if a == tile {
                         dense[(i - own.start) * n + order[j] as usize] = s;
