@@ -92,11 +92,9 @@ impl Exact<'_> {
             if entries * entry_bytes(&Weights::Each(Vec::new())) > limit {
                 return Err(SinkError::Memory { limit_mib: limit >> 20 }.into());
             }
-            let mut made = &made[..];
+            let mut made = made.into_iter();
             for b in wave.clone() {
-                let (own, others) = made.split_at(b + 1);
-                upper.push(Column::new(own));
-                made = others;
+                upper.push(Column::new(&made.by_ref().take(b + 1).collect::<Vec<_>>()));
             }
             let done = wave.map(|t| self.tile_len(t)).sum::<usize>();
             if let ControlFlow::Break(()) = progress.advance(done as u64) {
@@ -142,6 +140,8 @@ impl Exact<'_> {
             });
         });
         upper.starts.resize(rows.len() + 1, upper.columns.len() as u16);
+        upper.columns.shrink_to_fit();
+        upper.exchange.shrink_to_fit();
         upper
     }
 
