@@ -199,7 +199,8 @@ fn assert_closed(f: &[Vec<f64>], areas: &[f64], zero: &[usize]) {
 #[test]
 fn enclosures_close() {
     let bench = Bench::new().with("room.obj", named_room());
-    for engine in [&["--samples", "64"][..], &["--engine", "hemicube", "--resolution", "32"]] {
+    let exact: &[&str] = &["--engine", "exact"];
+    for engine in [exact, &["--samples", "64"], &["--engine", "hemicube", "--resolution", "32"]] {
         for threshold in [&[][..], &["--threshold", "0.0005"]] {
             let flags = [&["--enclosure", "--patch-size", "0.1"], engine, threshold].concat();
             let f = factors(&bench, "room.obj", &flags);
