@@ -491,16 +491,20 @@ fn an_interrupt_ends_the_work_and_leaves_nothing() {
     use std::time::Duration;
 
     let bench = Bench::new();
-    // Minutes of work; the memory is not touched before the interrupt comes.
-    let long = ["--patch-size", "0.002", "--engine", "hemicube", "--draw", "patches"];
-    let args = [&["factors", "room", "-o", "F.npz", "--memory", "1000G"], &long[..]].concat();
-    let mut child = bench.command(&args).stderr(Stdio::piped()).spawn().unwrap();
-    std::thread::sleep(Duration::from_millis(1500));
-    assert!(child.try_wait().unwrap().is_none(), "it ended before the interrupt");
-    let kill = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
-    assert!(kill.success());
-    let output = child.wait_with_output().unwrap();
-    assert_eq!(output.status.code(), Some(130), "{output:?}");
-    assert!(String::from_utf8_lossy(&output.stderr).contains("cancelled"));
-    assert!(bench.files().is_empty(), "{:?}", bench.files());
+    // Minutes of work; the memory is not touched before the interrupt comes, or a file is.
+    let hemicube = ["room", "--patch-size", "0.002", "--engine", "hemicube", "--draw", "patches"];
+    let in_memory = [&hemicube[..], &["--memory", "1000G"]].concat();
+    let through_a_file = ["cornell-box", "--patch-size", "0.02", "--memory", "200M"];
+    for long in [&in_memory[..], &through_a_file] {
+        let args = [&["factors", "-o", "F.npz"], long].concat();
+        let mut child = bench.command(&args).stderr(Stdio::piped()).spawn().unwrap();
+        std::thread::sleep(Duration::from_millis(1500));
+        assert!(child.try_wait().unwrap().is_none(), "it ended before the interrupt");
+        let kill = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+        assert!(kill.success());
+        let output = child.wait_with_output().unwrap();
+        assert_eq!(output.status.code(), Some(130), "{output:?}");
+        assert!(String::from_utf8_lossy(&output.stderr).contains("cancelled"));
+        assert!(bench.files().is_empty(), "{:?}", bench.files());
+    }
 }
