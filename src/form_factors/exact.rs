@@ -13,10 +13,10 @@
 //!    along contours for near and touching ones (`unoccluded`).
 //! 4. Of pairs in part hidden, the visible share is found by clipping, in closed form on one of the
 //!    patches; where many blockers overlap, by shadow rays (`visible`, `cover`), which between touching
-//!    patches go by solid angle (`solid_angle`). Where sorting out many
-//!    small blockers would take longer than rays, far pairs get rays alone: the fewer, the less their
-//!    factor weighs among all, and packed over neighbouring pairs (`probes`). How many in all follows
-//!    from what a sample of rows errs by; the errors of all pairs add up to [`Exact::estimate`].
+//!    patches go by solid angle (`points`). Where sorting out many small blockers would take longer
+//!    than rays, far pairs get rays alone: the fewer, the less their factor weighs among all, and packed
+//!    over neighbouring pairs (`probes`). How many in all follows from what a sample of rows errs by;
+//!    the errors of all pairs add up to [`Exact::estimate`].
 //!
 //! What something stands on is cut along the contact ([`Patches::own_area`]); far pairs take such a patch
 //! for one triangle of the same second moments (`triangles`).
@@ -39,9 +39,9 @@ mod cover;
 mod far;
 mod matrix;
 mod model;
+mod points;
 mod probes;
 mod shaft;
-mod solid_angle;
 #[cfg(test)]
 mod tests;
 mod tile;
@@ -160,39 +160,23 @@ impl<'a> Exact<'a> {
     }
 
     /// The mean sum of the squares of both factors of a pair, over the square of what factors are like
-    /// with nothing in the way: twice the share of the squares that is seen. Some rows hold most of the squares; those tell, each by its squares.
+    /// with nothing in the way: twice the share of the squares that is seen. Few rows hold most of the
+    /// squares; those tell, each by its squares.
     fn seen_squares(&self, rows: usize) -> f64 {
         let of = &self.model.some_squares;
         let total: f64 = of.iter().map(|row| row.1).sum();
-        let mut upto = 0.0;
-        let (mut chosen, mut wanted) = (Vec::new(), vec![false; self.model.len()]);
-        for &(at, squares) in of {
+        let (mut upto, mut chosen) = (0.0, Vec::new());
+        for &(at, squares) in of.iter().filter(|row| row.1 > 0.0) {
             upto += squares;
             while chosen.len() < rows && upto >= total * (chosen.len() as f64 + 0.5) / rows as f64 {
-                chosen.push((at, squares));
-                wanted[at as usize] = true;
+                chosen.push((PatchId(self.model.tree.order[at as usize]), squares));
             }
         }
-        let task = self.task(Some(&wanted));
-        let seen: Vec<Vec<(u32, f64)>> = self
-            .tasks(&wanted)
-            .par_iter()
-            .map(|&(a, b)| {
-                let mut seen = Vec::new();
-                let square = |s: f32, at: usize| (f64::from(s) / self.model.areas[at]).powi(2);
-                self.with_work(|work| {
-                    task.tile(a, b, work, |i, j, s| {
-                        let of = [i, j].into_iter().filter(|&at| wanted[at]);
-                        seen.extend(of.map(|at| (at as u32, square(s, at))));
-                    });
-                });
-                seen
-            })
-            .collect();
-        let mut squares = vec![0.0; self.model.len()];
-        seen.iter().flatten().for_each(|&(at, square)| squares[at as usize] += square);
-        let shares =
-            chosen.iter().filter(|row| row.1 > 0.0).map(|row| squares[row.0 as usize] / row.1);
+        let ids: Vec<PatchId> = chosen.iter().map(|row| row.0).collect();
+        let mut seen = vec![Row::default(); ids.len()];
+        self.make(&ids, &mut seen);
+        let square_sum = |row: &Row| row.entries().map(|(_, f)| f * f).sum::<f64>();
+        let shares = seen.iter().zip(&chosen).map(|(row, chosen)| square_sum(row) / chosen.1);
         2.0 * shares.sum::<f64>() / chosen.len().max(1) as f64
     }
 
@@ -281,26 +265,33 @@ impl Engine for Exact<'_> {
     }
 
     fn fill(&mut self, rows: &[PatchId], out: &mut [Row]) -> Result<(), EngineError> {
-        let me = &*self;
-        let n = me.model.len();
+        self.make(rows, out);
+        Ok(())
+    }
+}
+
+impl Exact<'_> {
+    /// Makes the rows of patches, and their accounts.
+    fn make(&self, rows: &[PatchId], out: &mut [Row]) {
+        let n = self.model.len();
         let mut wanted = vec![false; n];
         // Which of `rows` a place in the order of the tree is.
         let mut row_of = vec![u32::MAX; n];
         for (k, id) in (0..).zip(rows) {
-            let place = me.model.place[id.index()] as usize;
+            let place = self.model.place[id.index()] as usize;
             (wanted[place], row_of[place]) = (true, k);
         }
-        let tree = &me.model.tree;
-        let tasks = me.tasks(&wanted);
+        let tree = &self.model.tree;
+        let tasks = self.tasks(&wanted);
         let mut dense: Vec<Vec<f32>> = vec![vec![0.0; n]; rows.len()];
-        let task = me.task(Some(&wanted));
+        let task = self.task(Some(&wanted));
         let mut found: Vec<Vec<(u32, u32, f32)>> = Vec::new();
         for tasks in tasks.chunks(256) {
             tasks
                 .par_iter()
                 .map(|&(a, b)| {
                     let mut entries = Vec::new();
-                    me.with_work(|work| {
+                    self.with_work(|work| {
                         task.tile(a, b, work, |i, j, s| entries.push((i as u32, j as u32, s)));
                     });
                     entries
@@ -316,17 +307,14 @@ impl Engine for Exact<'_> {
         }
         out.par_iter_mut().zip(rows).for_each_init(Row::default, |rays, (row, id)| {
             // A row asked for twice is filled in once.
-            let dense = &dense[row_of[me.model.place[id.index()] as usize] as usize];
-            me.write(*id, dense, row);
-            let account = me.account(*id, row.weights.sum(), rays);
+            let dense = &dense[row_of[self.model.place[id.index()] as usize] as usize];
+            self.write(*id, dense, row);
+            let account = self.account(*id, row.weights.sum(), rays);
             (row.environment, row.back) = (account.environment, account.back);
             row.lost = account.lost;
         });
-        Ok(())
     }
-}
 
-impl Exact<'_> {
     /// Makes the row of a patch from its exchange with each.
     fn write(&self, id: PatchId, exchange: &[f32], row: &mut Row) {
         row.half = 0;

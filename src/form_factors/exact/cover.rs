@@ -66,8 +66,8 @@ impl Target {
 }
 
 multiversion! {
-    /// Prepares a target whose `corners`, `from` and `closely` are set, seen from a plane with normal `near`; `far`
-    /// is its own normal.
+    /// Prepares a target whose `corners`, `from` and `closely` are set, seen from a plane with normal
+    /// `near`; `far` is its own normal.
     pub(super) fn aim(target: &mut Target, near: Vec3, far: Vec3) = aim_kernel
 }
 

@@ -16,10 +16,10 @@ use glam::{DVec3, Vec3};
 use super::blockers::{Blocker, NONE};
 use super::cover::{Drawn, Hidden, MOST, Target, aim, cover};
 use super::model::{Model, Piece};
+use super::points::{Area, point_by_angle};
 use super::probes::TOGETHER;
-use super::solid_angle::point_by_angle;
-use super::unoccluded::{Polygon, area};
-use crate::form_factors::sampling::{Random, on_triangle};
+use super::unoccluded::Polygon;
+use crate::form_factors::sampling::Random;
 use crate::visibility::{LANES, Packet};
 
 /// A pair with more blockers is left to rays.
@@ -411,15 +411,17 @@ impl Pair<'_> {
                 if x < 1.0 { x } else { x - 1.0 }
             });
             let x = from.point(u[0], u[1]);
-            // Either the kernel over points spread evenly over the area, or what is left of it over
-            // directions spread evenly over the solid angle.
-            let (y, weight) = if touches {
-                let Some((y, angle)) = point_by_angle(q, x, u[2], u[3]) else { continue };
-                (y, angle * p.normal.dot((y - x).normalize_or_zero()))
-            } else {
-                let y = to.point(u[2], u[3]);
-                let (r, r2) = (y - x, (y - x).length_squared());
-                (y, p.normal.dot(r).max(0.0) * (-q.normal.dot(r)).max(0.0) / (r2 * r2))
+            // Either what is left of the kernel over directions spread evenly over the solid angle, or
+            // all of it over points spread evenly over the area.
+            let by_angle = if touches { point_by_angle(q, x, u[2], u[3]) } else { None };
+            let (y, weight) = match by_angle {
+                Some((y, angle)) => (y, angle * p.normal.dot((y - x).normalize_or_zero())),
+                None => {
+                    let y = to.point(u[2], u[3]);
+                    let (r, r2) = (y - x, (y - x).length_squared());
+                    let cosines = p.normal.dot(r).max(0.0) * (-q.normal.dot(r)).max(0.0);
+                    (y, to.area * cosines / (r2 * r2))
+                }
             };
             if weight > 0.0 {
                 weights[k] = weight;
@@ -479,39 +481,4 @@ fn area_of([a, b, c]: [Vec3; 3]) -> f64 {
 fn quarters([a, b, c]: [DVec3; 3]) -> [[DVec3; 3]; 4] {
     let (ab, bc, ca) = (0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a));
     [[a, ab, ca], [ab, b, bc], [ca, bc, c], [bc, ca, ab]]
-}
-
-/// A polygon as triangles, to draw points of it.
-struct Area {
-    /// Corner and two edges of each.
-    triangles: [[DVec3; 3]; 3],
-    /// Share of the area up to the end of each, and the inverse of its own.
-    upto: [f64; 3],
-    inverse: [f64; 3],
-}
-
-impl Area {
-    fn new(p: &Polygon) -> Self {
-        let total = p.area();
-        let mut me = Self { triangles: [[DVec3::ZERO; 3]; 3], upto: [2.0; 3], inverse: [0.0; 3] };
-        let mut sum = 0.0;
-        for (k, [a, b, c]) in p.fan().enumerate().take(3) {
-            let share = area([a, b, c]) / total;
-            sum += share;
-            me.triangles[k] = [a, b - a, c - a];
-            me.inverse[k] = if share > 0.0 { 1.0 / share } else { 0.0 };
-            me.upto[k] = if k + 3 == p.corners().len() { 2.0 } else { sum };
-        }
-        me
-    }
-
-    /// The point with coordinates in the unit square, uniform in area.
-    fn point(&self, u: f64, v: f64) -> DVec3 {
-        let k = self.upto.iter().position(|&end| u < end).unwrap_or(0);
-        let before = if k > 0 { self.upto[k - 1] } else { 0.0 };
-        let u = ((u - before) * self.inverse[k]).min(1.0);
-        let (s, t) = on_triangle(u, v);
-        let [a, b, c] = self.triangles[k];
-        a + b * s + c * t
-    }
 }

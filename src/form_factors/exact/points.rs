@@ -1,8 +1,51 @@
-//! Points of a polygon, spread evenly over the solid angle under which it appears.
+//! Points of a polygon, spread evenly over its area or over the solid angle under which it appears.
 
 use glam::DVec3;
 
-use super::unoccluded::Polygon;
+use super::unoccluded::{Polygon, area};
+use crate::form_factors::sampling::on_triangle;
+
+/// A polygon as triangles, to draw points of it.
+pub(super) struct Area {
+    /// m².
+    pub area: f64,
+    /// Corner and two edges of each.
+    triangles: [[DVec3; 3]; 3],
+    /// Share of the area up to the end of each, and the inverse of its own.
+    upto: [f64; 3],
+    inverse: [f64; 3],
+}
+
+impl Area {
+    pub fn new(p: &Polygon) -> Self {
+        let total = p.area();
+        let mut me = Self {
+            area: total,
+            triangles: [[DVec3::ZERO; 3]; 3],
+            upto: [2.0; 3],
+            inverse: [0.0; 3],
+        };
+        let mut sum = 0.0;
+        for (k, [a, b, c]) in p.fan().enumerate().take(3) {
+            let share = area([a, b, c]) / total;
+            sum += share;
+            me.triangles[k] = [a, b - a, c - a];
+            me.inverse[k] = if share > 0.0 { 1.0 / share } else { 0.0 };
+            me.upto[k] = if k + 3 == p.corners().len() { 2.0 } else { sum };
+        }
+        me
+    }
+
+    /// The point with coordinates in the unit square, uniform in area.
+    pub fn point(&self, u: f64, v: f64) -> DVec3 {
+        let k = self.upto.iter().position(|&end| u < end).unwrap_or(0);
+        let before = if k > 0 { self.upto[k - 1] } else { 0.0 };
+        let u = ((u - before) * self.inverse[k]).min(1.0);
+        let (s, t) = on_triangle(u, v);
+        let [a, b, c] = self.triangles[k];
+        a + b * s + c * t
+    }
+}
 
 /// The point of a polygon of up to five corners with coordinates in the unit square, uniform in the
 /// solid angle about `x`, and that angle in sr; `None` if it has none.
