@@ -8,9 +8,8 @@
 use std::time::Instant;
 
 use hemicube::direct;
-use hemicube::form_factors::{
-    Classical, Engine, FormFactors, Hemicube, HemicubeOptions, Row, assemble,
-};
+use hemicube::engines::{Classical, Engine, Hemicube, HemicubeOptions, assemble};
+use hemicube::form_factors::{FormFactors, Row};
 use hemicube::patches::{PatchId, Patches};
 use hemicube::progress::Silent;
 use hemicube::scene::builtin;

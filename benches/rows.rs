@@ -5,7 +5,8 @@
 #![allow(clippy::unwrap_used, missing_docs, reason = "a benchmark")]
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
-use hemicube::form_factors::{Draw, Engine, Hemicube, HemicubeOptions, Row};
+use hemicube::engines::{Draw, Engine, Hemicube, HemicubeOptions};
+use hemicube::form_factors::Row;
 use hemicube::patches::{PatchId, Patches};
 use hemicube::scene::{Geometry, builtin};
 

@@ -13,8 +13,9 @@ use std::error::Error;
 use std::time::Instant;
 
 use hemicube::direct::{self, Apart, ApartOptions, Emitters, MOST_SHADOW, Room};
-use hemicube::form_factors::rays::MOST_SAMPLES;
-use hemicube::form_factors::{FormFactors, Rays, RaysOptions, Row, RowSink};
+use hemicube::engines::rays::MOST_SAMPLES;
+use hemicube::engines::{Rays, RaysOptions};
+use hemicube::form_factors::{FormFactors, Row, RowSink};
 use hemicube::patches::PatchId;
 use hemicube::progress::Silent;
 use hemicube::report::ErrorReport;

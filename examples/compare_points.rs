@@ -9,7 +9,7 @@ use std::error::Error;
 use std::path::Path;
 
 use glam::{DVec2, DVec3};
-use hemicube::form_factors::HemicubeOptions;
+use hemicube::engines::HemicubeOptions;
 use hemicube::patches::SurfacePoint;
 use hemicube::progress::Silent;
 use hemicube::scene::{Geometry, ImportOptions, Side, load, luminance};

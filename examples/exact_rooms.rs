@@ -18,7 +18,8 @@ use std::fs;
 use std::time::Instant;
 
 use glam::{DMat3, DVec3};
-use hemicube::form_factors::{Engine, Exact, ExactOptions, Rays, RaysOptions, Row};
+use hemicube::engines::{Engine, Exact, ExactOptions, Rays, RaysOptions};
+use hemicube::form_factors::Row;
 use hemicube::patches::{PatchId, Patches};
 use hemicube::progress::Silent;
 use hemicube::scene::{Geometry, Material, SceneBuilder, Sides, Surface, builtin};

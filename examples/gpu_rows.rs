@@ -9,9 +9,8 @@
 use std::error::Error;
 use std::time::Instant;
 
-use hemicube::form_factors::{
-    Draw, Gpu, HemicubeGpu, HemicubeOptions, Row, RowSink, SinkError, assemble,
-};
+use hemicube::engines::{Draw, Gpu, HemicubeGpu, HemicubeOptions, assemble};
+use hemicube::form_factors::{Row, RowSink, SinkError};
 use hemicube::patches::{PatchId, Patches};
 use hemicube::progress::Silent;
 use hemicube::scene::builtin;

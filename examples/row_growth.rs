@@ -12,7 +12,8 @@
 use std::error::Error;
 use std::time::Instant;
 
-use hemicube::form_factors::{Draw, Engine, Hemicube, HemicubeOptions, Row};
+use hemicube::engines::{Draw, Engine, Hemicube, HemicubeOptions};
+use hemicube::form_factors::Row;
 use hemicube::patches::{PatchId, Patches};
 use hemicube::scene::builtin;
 

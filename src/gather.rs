@@ -35,7 +35,7 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use crate::direct::{self, Apart, ApartOptions, Emitters, Receiver, Room};
-use crate::form_factors::sampling::{Starts, Table, aim};
+use crate::engines::sampling::{Starts, Table, aim};
 use crate::patches::{Cell, Patches, SurfacePoint, side_index};
 use crate::progress::Progress;
 use crate::reconstruct::Field;

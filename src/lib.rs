@@ -14,6 +14,7 @@ pub mod scene;
 pub mod patches;
 pub mod visibility;
 pub mod form_factors;
+pub mod engines;
 pub mod direct;
 pub mod solve;
 pub mod refine;

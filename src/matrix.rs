@@ -28,7 +28,8 @@ use names::{Names, name_of};
 pub use report::{ClosureReport, LostReport, MatrixReport, NamedRow, PairsReport, ThresholdReport};
 pub use stored::{Origin, Stored, StoredError, hexadecimal};
 
-use crate::form_factors::{AssembleError, RowAccount, close, drop_below};
+use crate::engines::AssembleError;
+use crate::form_factors::{RowAccount, close, drop_below};
 use crate::patches::{Patches, PatchesError};
 use crate::progress::Progress;
 use crate::scene::{Geometry, Part, Side};

@@ -6,13 +6,13 @@ use std::time::Instant;
 use thiserror::Error;
 
 use crate::direct::{self, ApartOptions, DirectLight};
-use crate::form_factors::{
-    AssembleError, Classical, Draw, Engine, EngineError, Exact, ExactOptions, FormFactors,
-    Hemicube, HemicubeError, HemicubeOptions, ROWS_AT_ONCE, Rays, RaysOptions, Row, assemble_lit,
-    entry_bytes,
+use crate::engines::{
+    AssembleError, Classical, Draw, Engine, EngineError, Exact, ExactOptions, Hemicube,
+    HemicubeError, HemicubeOptions, ROWS_AT_ONCE, Rays, RaysOptions, assemble_lit,
 };
 #[cfg(feature = "gpu")]
-use crate::form_factors::{GpuError, HemicubeGpu};
+use crate::engines::{GpuError, HemicubeGpu};
+use crate::form_factors::{FormFactors, Row, entry_bytes};
 use crate::patches::{PatchId, Patches, PatchesError};
 use crate::progress::Progress;
 use crate::reconstruct::Field;

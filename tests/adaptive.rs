@@ -5,7 +5,8 @@
 use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
-use hemicube::form_factors::{Draw, Engine, FormFactors, Hemicube, HemicubeOptions, Row};
+use hemicube::engines::{Draw, Engine, Hemicube, HemicubeOptions};
+use hemicube::form_factors::{FormFactors, Row};
 use hemicube::patches::{PatchId, Patches, SurfacePoint};
 use hemicube::progress::Silent;
 use hemicube::reconstruct::Field;

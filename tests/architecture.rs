@@ -208,6 +208,7 @@ fn form_factors_see_no_materials() {
     // `Texture` alone is a word of graphics devices.
     let optics = &["optics", "Optics", "Material", "TextureSampler", "Scene"];
     let mut wrong = mentions(&sources, "form_factors", optics);
+    wrong.extend(mentions(&sources, "engines", optics));
     wrong.extend(mentions(&sources, "patches", optics));
     wrong.extend(mentions(&sources, "visibility", optics));
     assert!(wrong.is_empty(), "{wrong:#?}");

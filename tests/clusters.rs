@@ -4,7 +4,8 @@
 
 use glam::{DVec2, DVec3};
 use hemicube::direct::{from_lamps, reflectance};
-use hemicube::form_factors::{Draw, Engine, EngineError, Hemicube, HemicubeOptions, Row};
+use hemicube::engines::{Draw, Engine, EngineError, Hemicube, HemicubeOptions};
+use hemicube::form_factors::Row;
 use hemicube::patches::{MAX_ANGLE, MAX_DIAMETER, PatchId, Patches, SurfacePoint};
 use hemicube::progress::Silent;
 use hemicube::reconstruct::Field;

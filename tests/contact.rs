@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test")]
 
 use glam::{DVec2, DVec3, dvec3};
-use hemicube::form_factors::{Draw, HemicubeOptions};
+use hemicube::engines::{Draw, HemicubeOptions};
 use hemicube::patches::SurfacePoint;
 use hemicube::progress::Silent;
 use hemicube::scene::{Material, Rgb, Scene, SceneBuilder, Side, Sides, Surface};

@@ -6,7 +6,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use glam::DVec3;
 use hemicube::direct::ApartOptions;
-use hemicube::form_factors::RaysOptions;
+use hemicube::engines::RaysOptions;
 use hemicube::gather::{Estimate, GatherOptions, Gatherer, Place, Probe};
 use hemicube::progress::Silent;
 use hemicube::scene::{

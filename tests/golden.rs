@@ -9,8 +9,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
+use hemicube::engines::HemicubeOptions;
 use hemicube::export::write_png;
-use hemicube::form_factors::HemicubeOptions;
 use hemicube::progress::Silent;
 use hemicube::render::{PictureOptions, Renderer};
 use hemicube::scene::{Camera, ImportOptions, Scene, builtin, load};

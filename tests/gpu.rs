@@ -7,11 +7,11 @@
 use std::sync::{Arc, OnceLock};
 
 use glam::{DVec2, DVec3};
-use hemicube::form_factors::delta::{DeltaFormFactors, ONE};
-use hemicube::form_factors::hemicube_gpu::Item;
-use hemicube::form_factors::{
-    Draw, Engine, Gpu, GpuError, Hemicube, HemicubeGpu, HemicubeOptions, Row, Weights,
-};
+use hemicube::engines::delta::DeltaFormFactors;
+use hemicube::engines::hemicube_gpu::Item;
+use hemicube::engines::{Draw, Engine, Gpu, GpuError, Hemicube, HemicubeGpu, HemicubeOptions};
+use hemicube::form_factors::ONE;
+use hemicube::form_factors::{Row, Weights};
 use hemicube::patches::{PatchId, Patches, SplitCells, SurfacePoint};
 use hemicube::scene::builtin::Mesh;
 use hemicube::scene::{

@@ -2,8 +2,8 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
+use hemicube::engines::RaysOptions;
 use hemicube::export::{read_npz, write_npz};
-use hemicube::form_factors::RaysOptions;
 use hemicube::matrix::{MatrixOptions, Rows, make};
 use hemicube::progress::Silent;
 use hemicube::scene::{Rgb, builtin};

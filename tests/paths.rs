@@ -10,7 +10,7 @@ use std::f64::consts::PI;
 use common::paths::irradiance;
 use glam::{DVec2, DVec3, dvec3};
 use hemicube::direct::ApartOptions;
-use hemicube::form_factors::{HemicubeOptions, RaysOptions};
+use hemicube::engines::{HemicubeOptions, RaysOptions};
 use hemicube::patches::SurfacePoint;
 use hemicube::progress::Silent;
 use hemicube::scene::builtin::{self, FURNACE_REFLECTANCE};

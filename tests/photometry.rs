@@ -14,7 +14,7 @@ use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3, Vec2Swizzles as _};
 use hemicube::direct::ApartOptions;
-use hemicube::form_factors::{Draw, HemicubeOptions, RaysOptions};
+use hemicube::engines::{Draw, HemicubeOptions, RaysOptions};
 use hemicube::patches::{Patches, SurfacePoint};
 use hemicube::progress::Silent;
 use hemicube::scene::builtin::closed_room;

@@ -11,11 +11,11 @@ use std::f64::consts::PI;
 
 use glam::{DVec3, dvec3};
 use hemicube::direct;
-use hemicube::form_factors::kernel::point_to_polygon;
-use hemicube::form_factors::{
-    Classical, Draw, Engine, FormFactors, Hemicube, HemicubeOptions, Rays, RaysOptions, Row,
-    assemble,
+use hemicube::engines::{
+    Classical, Draw, Engine, Hemicube, HemicubeOptions, Rays, RaysOptions, assemble,
 };
+use hemicube::form_factors::kernel::point_to_polygon;
+use hemicube::form_factors::{FormFactors, Row};
 use hemicube::patches::{PatchId, Patches};
 use hemicube::progress::Silent;
 use hemicube::scene::builtin::{self, FURNACE_REFLECTANCE, Mesh, closed_room};

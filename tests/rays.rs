@@ -5,7 +5,8 @@
 
 use glam::{DVec3, dvec3};
 use hemicube::direct::{Apart, ApartOptions};
-use hemicube::form_factors::{Engine, Rays, RaysOptions, Row};
+use hemicube::engines::{Engine, Rays, RaysOptions};
+use hemicube::form_factors::Row;
 use hemicube::patches::{PatchId, Patches};
 use hemicube::progress::Silent;
 use hemicube::scene::builtin::{self, Mesh};

@@ -5,7 +5,7 @@
 
 use glam::DVec2;
 use hemicube::direct::ApartOptions;
-use hemicube::form_factors::{HemicubeOptions, RaysOptions};
+use hemicube::engines::{HemicubeOptions, RaysOptions};
 use hemicube::gather::{Estimate, GatherOptions, Gatherer, Place, Probe};
 use hemicube::patches::{PatchId, SurfacePoint};
 use hemicube::progress::Silent;

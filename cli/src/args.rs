@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use glam::DVec3;
-use hemicube::form_factors::rays::MOST_SAMPLES;
+use hemicube::engines::rays::MOST_SAMPLES;
 use hemicube::gather::{FEWEST_RAYS, MOST_RAYS};
 
 pub use factors::{FaceSides, Factors};

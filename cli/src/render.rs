@@ -5,10 +5,9 @@ use std::time::Instant;
 
 use clap::ValueEnum;
 use hemicube::direct::ApartOptions;
+use hemicube::engines::{Draw, EngineError, ExactOptions, HemicubeOptions, RaysOptions};
 use hemicube::export::{can_write, folder_of, read_npz, write_png, write_whole};
-use hemicube::form_factors::{
-    Draw, EngineError, ExactOptions, FormFactors, HemicubeOptions, RaysOptions,
-};
+use hemicube::form_factors::FormFactors;
 use hemicube::patches::Patches;
 use hemicube::progress::Progress;
 use hemicube::refine::factor::RefineError;

@@ -72,7 +72,7 @@ fn edge(normal: DVec3, from: DVec3, to: DVec3) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::form_factors::delta::{parallel_rectangle, perpendicular_rectangle};
+    use crate::engines::delta::{parallel_rectangle, perpendicular_rectangle};
     use glam::dvec3;
 
     const UP: DVec3 = DVec3::Z;

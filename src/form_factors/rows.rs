@@ -5,8 +5,11 @@ use std::io;
 
 use thiserror::Error;
 
-use super::delta::ONE;
 use crate::patches::PatchId;
+
+/// One, in the fixed point of [`Weights::Fixed`]: the weights of a whole hemicube sum to exactly
+/// this.
+pub const ONE: u32 = u32::MAX;
 
 /// The form factors of a row, in one of the forms that engines make.
 #[derive(Debug, Clone, PartialEq)]
@@ -104,7 +107,7 @@ impl Weights {
 }
 
 /// The sum of numbers, several at a time.
-pub(super) fn sum(numbers: &[f32]) -> f64 {
+pub(crate) fn sum(numbers: &[f32]) -> f64 {
     let chunks = numbers.chunks_exact(8);
     let rest: f64 = chunks.remainder().iter().map(|&x| f64::from(x)).sum();
     let mut sums = [0.0; 8];
@@ -177,35 +180,6 @@ pub(super) fn factor_to(
     }
 }
 
-/// Why rows could not be made.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
-pub enum EngineError {
-    /// A device failed.
-    #[error("{0}")]
-    Device(String),
-    /// Patches are clusters of source triangles, which this engine cannot use.
-    #[error("--engine {0} cannot use clusters of source triangles; use --cluster off")]
-    Clusters(&'static str),
-}
-
-/// Makes rows of the matrix of form factors.
-pub trait Engine: Send {
-    /// Its name, as users know it.
-    fn name(&self) -> &'static str;
-
-    /// The device it runs on, in its own words; `None` for the processor.
-    fn device(&self) -> Option<String> {
-        None
-    }
-
-    /// Memory it takes to make `rows` rows at once, in bytes, without the rows themselves.
-    fn bytes(&self, rows: usize) -> u64;
-
-    /// Makes one row for each of `rows`, in `out` of the same length. The result depends neither on
-    /// how rows are grouped nor on the number of threads.
-    fn fill(&mut self, rows: &[PatchId], out: &mut [Row]) -> Result<(), EngineError>;
-}
-
 /// Why rows could not be taken.
 #[derive(Debug, Error)]
 pub enum SinkError {
@@ -224,6 +198,9 @@ pub enum SinkError {
     #[error(transparent)]
     Shelf(io::Error),
 }
+
+/// Rows flow from engine to sink in blocks of this many.
+pub const BLOCK: usize = 256;
 
 /// Where rows go.
 pub trait RowSink: Send {

@@ -1,18 +1,16 @@
-//! The matrix of form factors, kept row by row, and the driver that has it made.
+//! The matrix of form factors, kept row by row.
 
 mod edit;
 
-use std::ops::{ControlFlow, Range};
+use std::ops::Range;
 use std::sync::Arc;
 
 use glam::{DVec2, Vec4, Vec4Swizzles};
 use rayon::prelude::*;
-use thiserror::Error;
 
-use super::rows::{Engine, EngineError, Row, RowSink, SinkError, Weights, factor_to};
+use super::rows::{Row, RowSink, SinkError, Weights, factor_to};
 use super::tally::Tally;
 use crate::patches::PatchId;
-use crate::progress::Progress;
 use crate::scene::Rgb;
 
 /// What a row holds beside its entries.
@@ -41,7 +39,7 @@ pub struct FormFactors {
 
 /// Rows one after another, not yet kept.
 #[derive(Debug, Default)]
-pub(super) struct Band {
+pub(crate) struct Band {
     pub ids: Vec<PatchId>,
     /// Where each row begins, and where the last ends.
     pub starts: Vec<usize>,
@@ -212,7 +210,7 @@ impl FormFactors {
     }
 
     /// Keeps rows without copying them.
-    pub(super) fn keep(&mut self, band: Band) -> Result<(), SinkError> {
+    pub(crate) fn keep(&mut self, band: Band) -> Result<(), SinkError> {
         let entries = band.columns.len() as u64;
         let weights = Weights::Each(band.weights);
         self.entries += entries;
@@ -341,7 +339,7 @@ impl FormFactors {
                 for (&j, &w) in row.columns.iter().zip(&w[from..to]) {
                     sum += x(j as usize) * f64::from(w);
                 }
-                sum / f64::from(super::delta::ONE)
+                sum / f64::from(super::rows::ONE)
             }
             Weights::Each(w) => row
                 .columns
@@ -487,58 +485,10 @@ fn sum(hits: &[u32], x: &[Vec4]) -> Rgb {
     Rgb::new(xy.x, xy.y, zw.x)
 }
 
-/// Why a matrix was not made.
-#[derive(Debug, Error)]
-pub enum AssembleError {
-    /// The engine failed.
-    #[error(transparent)]
-    Engine(#[from] EngineError),
-    /// The sink failed.
-    #[error(transparent)]
-    Sink(#[from] SinkError),
-    /// The caller cancelled.
-    #[error("cancelled")]
-    Cancelled,
-}
-
-/// Rows flow from engine to sink in blocks of this many.
-pub const BLOCK: usize = 256;
-
-/// No engine has more rows than this under way at once.
-pub const ROWS_AT_ONCE: usize = 4 * BLOCK;
-
-/// Has the rows of `ids` made and handed to `sink`, in order, block by block; advances `progress` by
-/// one a row.
-pub fn assemble(
-    engine: &mut dyn Engine,
-    ids: &[PatchId],
-    sink: &mut dyn RowSink,
-    progress: &dyn Progress,
-) -> Result<(), AssembleError> {
-    let room = || vec![Row::default(); BLOCK.min(ids.len())];
-    let (mut next, mut made) = (room(), room());
-    let mut last: &[PatchId] = &[];
-    // The sink takes one block while the engine makes the next.
-    for block in ids.chunks(BLOCK).chain([&[][..]]) {
-        let (filled, taken) = rayon::join(
-            || engine.fill(block, &mut next[..block.len()]),
-            || if last.is_empty() { Ok(()) } else { sink.take(last, &made[..last.len()]) },
-        );
-        filled?;
-        taken?;
-        if let ControlFlow::Break(()) = progress.advance(last.len() as u64) {
-            return Err(AssembleError::Cancelled);
-        }
-        std::mem::swap(&mut next, &mut made);
-        last = block;
-    }
-    Ok(())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::form_factors::delta::ONE;
+    use crate::form_factors::ONE;
 
     fn row(columns: &[u32], weights: Weights) -> Row {
         Row { columns: columns.to_vec(), weights, lost: 0.25, ..Row::default() }

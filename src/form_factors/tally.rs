@@ -7,7 +7,7 @@ const GROUP: usize = 64;
 
 /// Sums of weights; all zero between rows.
 #[derive(Debug, Default)]
-pub(super) struct Tally<W> {
+pub(crate) struct Tally<W> {
     sums: Vec<W>,
     /// Whether something of each [`GROUP`] has been seen.
     seen: Vec<bool>,

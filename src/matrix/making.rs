@@ -4,10 +4,10 @@ use super::held::{Held, Shelf};
 use super::ledger::{ENTRY_BYTES, Ledger};
 use super::report::PairsReport;
 use super::{MatrixError, MatrixOptions};
-use crate::form_factors::{
-    AssembleError, BLOCK, Engine, EngineError, Exact, FormFactors, ROWS_AT_ONCE, Row, RowAccount,
-    RowSink, SinkError, assemble_shares, assemble_whole, drop_below,
+use crate::engines::{
+    AssembleError, Engine, EngineError, Exact, ROWS_AT_ONCE, assemble_shares, assemble_whole,
 };
+use crate::form_factors::{BLOCK, FormFactors, Row, RowAccount, RowSink, SinkError, drop_below};
 use crate::patches::{PatchId, Patches};
 use crate::progress::Progress;
 use crate::report::EngineReport;

@@ -16,7 +16,8 @@ use std::sync::Arc;
 use rayon::prelude::*;
 use thiserror::Error;
 
-use crate::form_factors::{AssembleError, Engine, FormFactors, Merger, assemble};
+use crate::engines::{AssembleError, Engine, assemble};
+use crate::form_factors::{FormFactors, Merger};
 use crate::patches::{Cell, PatchId, Patches, SplitCells};
 use crate::progress::Progress;
 use crate::scene::Geometry;

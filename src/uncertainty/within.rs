@@ -2,8 +2,8 @@
 
 use super::Uncertainty;
 use crate::direct::MOST_SHADOW;
-use crate::form_factors::AssembleError;
-use crate::form_factors::rays::MOST_SAMPLES;
+use crate::engines::AssembleError;
+use crate::engines::rays::MOST_SAMPLES;
 use crate::patches::Patches;
 use crate::progress::Progress;
 use crate::report::ErrorReport;

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use hemicube::form_factors::{Draw, HemicubeOptions};
+use hemicube::engines::{Draw, HemicubeOptions};
 
 use crate::args::Paper;
 use crate::machine;

@@ -1,6 +1,6 @@
 //! The graphics device, where the program has been built with it and there is an adapter.
 
-use hemicube::form_factors::{Draw, Engine};
+use hemicube::engines::{Draw, Engine};
 use hemicube::patches::Patches;
 use hemicube::scene::Geometry;
 
@@ -8,7 +8,7 @@ use super::conditions::Conditions;
 use crate::failure::Failure;
 
 #[cfg(feature = "gpu")]
-use hemicube::form_factors::{Gpu, HemicubeGpu};
+use hemicube::engines::{Gpu, HemicubeGpu};
 
 /// What there is to measure on, or why there is nothing.
 pub struct Device {

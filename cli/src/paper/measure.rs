@@ -3,9 +3,8 @@
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
-use hemicube::form_factors::{
-    AssembleError, Classical, Draw, Engine, Hemicube, Row, RowSink, SinkError, assemble,
-};
+use hemicube::engines::{AssembleError, Classical, Draw, Engine, Hemicube, assemble};
+use hemicube::form_factors::{Row, RowSink, SinkError};
 use hemicube::patches::{PatchId, Patches};
 use hemicube::progress::Progress;
 use hemicube::scene::{Geometry, Scene, builtin};

@@ -1,6 +1,6 @@
 //! What the paper only asserts: how little adaptive subdivision loses.
 
-use hemicube::form_factors::Draw;
+use hemicube::engines::Draw;
 use hemicube::patches::{PatchId, Patches};
 use hemicube::progress::Progress;
 use hemicube::refine::factor::RefineError;

@@ -1,6 +1,6 @@
 //! Table 1: classical radiosity against hemicubes.
 
-use hemicube::form_factors::Draw;
+use hemicube::engines::Draw;
 use hemicube::patches::Patches;
 use hemicube::progress::Progress;
 

@@ -3,7 +3,8 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use hemicube::form_factors::{Draw, FormFactors, assemble};
+use hemicube::engines::{Draw, assemble};
+use hemicube::form_factors::FormFactors;
 use hemicube::patches::{PatchId, Patches};
 use hemicube::progress::Progress;
 use hemicube::refine::factor::{FactorRule, RefineError};

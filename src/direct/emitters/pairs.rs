@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3};
 use super::sources::Source;
 use super::tree::Cut;
 use super::{Emitters, Group, Receiver, ReceiverPoint};
-use crate::form_factors::sampling::{Random, on_triangle};
+use crate::engines::sampling::{Random, on_triangle};
 use crate::scene::Rgb;
 use crate::visibility::{LANES, Packet};
 

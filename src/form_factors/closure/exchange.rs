@@ -3,8 +3,9 @@
 use std::ops::ControlFlow;
 
 use super::ClosureError;
+use crate::form_factors::rows::BLOCK;
 use crate::form_factors::rows::SinkError;
-use crate::form_factors::stored::{BLOCK, FormFactors};
+use crate::form_factors::stored::FormFactors;
 use crate::progress::Progress;
 
 /// Turns the form factors of the `taken` patches into exchange areas in the unit of `areas`:

@@ -3,10 +3,9 @@
 use std::ops::Range;
 
 use super::{BACK, Hemicube, Scratch};
-use crate::form_factors::delta::ONE;
-use crate::form_factors::lookup::{Lookup, back, environment, index_in_grid};
-use crate::form_factors::rows::{Row, Weights};
+use crate::engines::lookup::{Lookup, back, environment, index_in_grid};
 use crate::form_factors::tally::Tally;
+use crate::form_factors::{ONE, Row, Weights};
 use crate::patches::{PatchId, side_index};
 use crate::visibility::{Edges, LANES, NOTHING, each_face};
 

@@ -10,8 +10,8 @@ use rayon::prelude::*;
 
 use super::Exact;
 use super::tree::TILE;
-use crate::form_factors::rows::{Row, SinkError, Weights, sum};
-use crate::form_factors::stored::{AssembleError, Band, FormFactors, entry_bytes};
+use crate::engines::engine::AssembleError;
+use crate::form_factors::{Band, FormFactors, Row, SinkError, Weights, entry_bytes, sum};
 use crate::patches::PatchId;
 use crate::progress::Progress;
 

@@ -12,9 +12,10 @@ use std::sync::{Mutex, PoisonError};
 use glam::{DVec2, Vec3};
 use rayon::prelude::*;
 
+use super::engine::{Engine, EngineError};
 use super::lookup::{Lookups, environment, index_in_grid};
-use super::rows::{Engine, EngineError, Row, Weights};
 use super::sampling::{Starts, Table, aim};
+use crate::form_factors::{Row, Weights};
 use crate::patches::{PatchId, Patches};
 use crate::scene::Geometry;
 use crate::visibility::{Bvh, Frame, Hits, LANES, NOTHING, Packet, multiversion};

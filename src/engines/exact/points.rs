@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::unoccluded::{Polygon, area};
-use crate::form_factors::sampling::on_triangle;
+use crate::engines::sampling::on_triangle;
 
 /// A polygon as triangles, to draw points of it.
 pub(super) struct Area {

@@ -5,9 +5,9 @@ use std::sync::PoisonError;
 
 use rayon::prelude::*;
 
-use super::rows::{Engine, Row, RowSink, SinkError, Weights};
-use super::stored::{AssembleError, FormFactors, assemble};
-use super::tally::Tally;
+use super::engine::{AssembleError, Engine, assemble};
+use crate::form_factors::tally::Tally;
+use crate::form_factors::{FormFactors, Row, RowSink, SinkError, Weights};
 use crate::patches::{PatchId, Patches};
 use crate::progress::Progress;
 
@@ -96,7 +96,7 @@ mod tests {
 
     #[test]
     fn rows_of_every_form_become_shares_with_one_entry_a_patch() {
-        let one = super::super::delta::ONE;
+        let one = crate::form_factors::ONE;
         let row = |columns: &[u32], weights| Row {
             columns: columns.to_vec(),
             weights,

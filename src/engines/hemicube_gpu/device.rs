@@ -9,7 +9,7 @@ use serde::Serialize;
 use thiserror::Error;
 
 use super::pipelines::Pipelines;
-use crate::form_factors::HemicubeError;
+use crate::engines::HemicubeError;
 
 /// Which adapter makes the hemicubes.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]

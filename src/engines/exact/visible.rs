@@ -19,7 +19,7 @@ use super::model::{Model, Piece};
 use super::points::{Area, point_by_angle};
 use super::probes::TOGETHER;
 use super::unoccluded::Polygon;
-use crate::form_factors::sampling::Random;
+use crate::engines::sampling::Random;
 use crate::visibility::{LANES, Packet};
 
 /// A pair with more blockers is left to rays.

@@ -24,9 +24,10 @@ use rayon::prelude::*;
 use thiserror::Error;
 
 use super::delta::DeltaFormFactors;
+use super::engine::{Engine, EngineError};
 use super::lookup::Lookups;
-use super::rows::{Engine, EngineError, Row};
-use super::tally::Tally;
+use crate::form_factors::Row;
+use crate::form_factors::tally::Tally;
 use crate::patches::{PatchId, Patches, Split};
 use crate::scene::{Geometry, Side, TriangleId};
 use crate::visibility::{

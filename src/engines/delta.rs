@@ -2,8 +2,7 @@
 
 use std::f64::consts::PI;
 
-/// One, in the fixed point of delta form factors: the weights of all pixels sum to exactly this.
-pub const ONE: u32 = u32::MAX;
+use crate::form_factors::ONE;
 
 /// Form factor from a point to a parallel rectangle at distance 1 with one corner on its axis and
 /// sides `x` and `y`. Odd in both.

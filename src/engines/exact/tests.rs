@@ -1,7 +1,7 @@
 use glam::DVec3;
 
 use super::*;
-use crate::form_factors::{Engine, Rays, RaysOptions};
+use crate::engines::{Engine, Rays, RaysOptions};
 use crate::progress::Silent;
 use crate::scene::{Material, SceneBuilder, Side, Sides, Surface, builtin};
 
@@ -235,7 +235,7 @@ fn tiny_against_huge_at_all_distances() {
 
 #[test]
 fn random_scenes_keep_the_bounds() {
-    let mut random = crate::form_factors::sampling::Random::new(11);
+    let mut random = crate::engines::sampling::Random::new(11);
     for scene_number in 0..4 {
         let mut t = cuboid(DVec3::ZERO, DVec3::ONE, true);
         for _ in 0..12 {

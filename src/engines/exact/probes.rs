@@ -15,7 +15,7 @@ use std::ops::Range;
 
 use super::model::Model;
 use super::triangles::Triangles;
-use crate::form_factors::sampling::{Random, on_triangle};
+use crate::engines::sampling::{Random, on_triangle};
 use crate::visibility::{LANES, Lanes, NOTHING, Packet, multiversion};
 
 /// Packets that are made and traced at a time.

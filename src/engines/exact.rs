@@ -54,9 +54,9 @@ use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
 
+use super::engine::{Engine, EngineError};
 use super::rays::{Rays, RaysOptions};
-use super::rows::{Engine, EngineError, Row, Weights};
-use super::stored::RowAccount;
+use crate::form_factors::{Row, RowAccount, Weights};
 use crate::patches::{PatchId, Patches};
 use crate::scene::Geometry;
 use crate::visibility::Bvh;

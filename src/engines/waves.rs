@@ -8,8 +8,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
 
-use super::rows::{Engine, RowSink};
-use super::stored::{AssembleError, FormFactors, assemble};
+use super::engine::{AssembleError, Engine, assemble};
+use crate::form_factors::{FormFactors, RowSink};
 use crate::patches::{PatchId, Patches, side_index};
 use crate::progress::Progress;
 

@@ -29,8 +29,9 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-use super::kernel::point_to_polygon;
-use super::rows::{Engine, EngineError, Row, Weights};
+use super::engine::{Engine, EngineError};
+use crate::form_factors::kernel::point_to_polygon;
+use crate::form_factors::{Row, Weights};
 use crate::patches::{PatchId, Patches};
 use crate::scene::{Geometry, Side};
 use crate::visibility::{Blockers, Sight};

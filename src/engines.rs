@@ -1,0 +1,28 @@
+//! Engines: who makes the rows of form factors.
+//!
+//! An engine sees [`Geometry`](crate::scene::Geometry) and [`Patches`](crate::patches::Patches)
+//! alone, no materials, so that stored form factors serve any light. Rows flow in blocks into a
+//! [`RowSink`](crate::form_factors::RowSink).
+
+pub mod classical;
+pub mod delta;
+mod engine;
+pub mod exact;
+pub mod hemicube;
+#[cfg(feature = "gpu")]
+pub mod hemicube_gpu;
+mod lookup;
+pub mod rays;
+pub(crate) mod sampling;
+mod shares;
+mod waves;
+
+pub use classical::Classical;
+pub use engine::{AssembleError, Engine, EngineError, ROWS_AT_ONCE, assemble};
+pub use exact::{Exact, ExactOptions};
+pub use hemicube::{Draw, Hemicube, HemicubeError, HemicubeOptions};
+#[cfg(feature = "gpu")]
+pub use hemicube_gpu::{AdapterReport, Gpu, GpuError, GpuSeconds, HemicubeGpu};
+pub use rays::{Rays, RaysOptions};
+pub use shares::{assemble_shares, assemble_whole};
+pub use waves::assemble_lit;
