@@ -13,6 +13,8 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
+use crate::progress::Cancelled;
+
 pub use csv::{write_csv, write_csv_file, write_surfaces};
 pub use mtx::write_mtx;
 pub use npy::write_npy;
@@ -42,7 +44,7 @@ pub enum ExportError {
     },
     /// The caller cancelled.
     #[error("cancelled")]
-    Cancelled,
+    Cancelled(#[from] Cancelled),
 }
 
 /// Whether a file can be made beside `path`; worth asking before long work.
@@ -76,7 +78,7 @@ fn write_with(
     /// Bytes written at once.
     const BUFFER: usize = 1 << 20;
     let fail = |source: io::Error| match source.kind() {
-        io::ErrorKind::Interrupted => ExportError::Cancelled,
+        io::ErrorKind::Interrupted => Cancelled.into(),
         _ => ExportError::Io { path: path.to_path_buf(), source },
     };
     let file = temporary(path)?;

@@ -28,16 +28,14 @@
 //!   patches.
 //! - Points more than a few radii away from the scene lose shadows, in single precision.
 
-use std::f64::consts::PI;
-use std::ops::ControlFlow;
-
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
+use std::f64::consts::PI;
 
 use crate::direct::{self, Apart, ApartOptions, Emitters, Receiver, Room};
 use crate::engines::sampling::{Starts, Table, aim};
 use crate::patches::{Cell, Patches, SurfacePoint, side_index};
-use crate::progress::Progress;
+use crate::progress::{Cancelled, Progress};
 use crate::reconstruct::Field;
 use crate::scene::{Rgb, Scene, Side, luminance};
 use crate::solution::Solution;
@@ -200,16 +198,22 @@ impl<'a> Gatherer<'a> {
         SETS * self.table.points()
     }
 
-    /// Irradiance at many points, the same for any number of threads; `None` if it was cancelled.
-    /// Advances by one for each point.
-    #[must_use]
-    pub fn all(&self, probes: &[Probe], progress: &dyn Progress) -> Option<Vec<Estimate>> {
+    /// Irradiance at many points, the same for any number of threads. Advances by one for each
+    /// point.
+    ///
+    /// # Errors
+    /// If the caller cancelled.
+    pub fn all(
+        &self,
+        probes: &[Probe],
+        progress: &dyn Progress,
+    ) -> Result<Vec<Estimate>, Cancelled> {
         probes
             .par_iter()
             .enumerate()
-            .map(|(i, probe)| match progress.advance(1) {
-                ControlFlow::Continue(()) => Some(self.at(*probe, i as u64)),
-                ControlFlow::Break(()) => None,
+            .map(|(i, probe)| {
+                progress.advance(1)?;
+                Ok(self.at(*probe, i as u64))
             })
             .collect()
     }

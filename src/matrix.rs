@@ -31,7 +31,7 @@ pub use stored::{Origin, Stored, StoredError, hexadecimal};
 use crate::engines::AssembleError;
 use crate::form_factors::{RowAccount, close, drop_below};
 use crate::patches::{Patches, PatchesError};
-use crate::progress::Progress;
+use crate::progress::{Cancelled, Progress};
 use crate::scene::{Geometry, Part, Side};
 use crate::solution::{Clock, EngineOptions, LightError, amount};
 use crate::visibility::{Bvh, COVERED, looks_inside_out, uncover};
@@ -105,7 +105,7 @@ pub enum MatrixError {
     Shelf(io::Error),
     /// The caller cancelled.
     #[error("cancelled")]
-    Cancelled,
+    Cancelled(#[from] Cancelled),
 }
 
 /// How exactly entries are known, and written.

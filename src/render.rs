@@ -5,7 +5,6 @@
 mod viewpoint;
 
 use std::f64::consts::PI;
-use std::ops::ControlFlow;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -14,7 +13,7 @@ use rayon::prelude::*;
 use thiserror::Error;
 
 use crate::patches::SurfacePoint;
-use crate::progress::Progress;
+use crate::progress::{Cancelled, Progress};
 use crate::reconstruct::Field;
 use crate::scene::{Camera, Rgb, Scene, Side, TextureSampler, luminance};
 pub use viewpoint::{Viewpoint, viewpoint};
@@ -51,7 +50,7 @@ pub enum RenderError {
     Camera(&'static str),
     /// The caller cancelled.
     #[error("cancelled")]
-    Cancelled,
+    Cancelled(#[from] Cancelled),
 }
 
 /// Rows of pixels from top to bottom.
@@ -190,12 +189,12 @@ impl<'a> Renderer<'a> {
             if let Ok(mut spare) = spare.lock() {
                 spare.push(buffer);
             }
-            if let ControlFlow::Break(()) = progress.advance(rows as u64) {
+            if progress.advance(rows as u64).is_err() {
                 cancelled.store(true, Ordering::Relaxed);
             }
         });
         if cancelled.into_inner() {
-            return Err(RenderError::Cancelled);
+            return Err(Cancelled.into());
         }
         Ok(Picture { width: w, height: h, pixels })
     }

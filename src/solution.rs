@@ -210,19 +210,6 @@ pub(crate) fn amount(bytes: u64) -> String {
     }
 }
 
-impl LightError {
-    /// Whether the user cancelled.
-    #[must_use]
-    pub fn is_cancelled(&self) -> bool {
-        matches!(
-            self,
-            Self::Assemble(AssembleError::Cancelled)
-                | Self::Refine(RefineError::Assemble(AssembleError::Cancelled))
-                | Self::Solve(SolveError::Cancelled)
-        )
-    }
-}
-
 /// A lit scene: patches and their irradiance.
 #[derive(Debug, Clone)]
 pub struct Solution {

@@ -18,7 +18,7 @@ pub use energy::EnergyBalance;
 
 use crate::form_factors::FormFactors;
 use crate::patches::PatchId;
-use crate::progress::Progress;
+use crate::progress::{Cancelled, Progress};
 use crate::scene::Rgb;
 
 /// How the energy balance is solved.
@@ -99,7 +99,7 @@ pub enum SolveError {
     },
     /// The caller cancelled.
     #[error("cancelled")]
-    Cancelled,
+    Cancelled(#[from] Cancelled),
 }
 
 /// The system to solve: `H = D + F (ρ H)`, one entry a patch in each slice.

@@ -13,7 +13,7 @@ use hemicube::export::{
 use hemicube::matrix::{
     Lumped, Matrix, MatrixError, MatrixOptions, MatrixReport, NamedRow, Origin, Rows, make_where,
 };
-use hemicube::progress::Progress;
+use hemicube::progress::{Cancelled, Progress};
 use hemicube::report::Stage;
 use hemicube::scene::{Scene, SidesChoice};
 
@@ -142,7 +142,7 @@ fn write(
             bar.finish();
             let mut out = std::io::BufWriter::new(std::io::stdout().lock());
             match write_csv(&mut out, rows, bar).and_then(|()| out.flush()) {
-                Err(e) if e.kind() == ErrorKind::Interrupted => Err(ExportError::Cancelled),
+                Err(e) if e.kind() == ErrorKind::Interrupted => Err(Cancelled.into()),
                 // Nothing happens if nobody listens.
                 Err(e) if e.kind() == ErrorKind::BrokenPipe => Ok(()),
                 Err(source) => Err(ExportError::Io { path: "stdout".into(), source }),
@@ -158,22 +158,18 @@ fn write(
 }
 
 fn export_failure(error: ExportError) -> Failure {
-    match error {
-        ExportError::Cancelled => Failure::Cancelled,
-        e => Failure::failed(e),
-    }
+    Failure::of(error, Failure::failed)
 }
 
 fn failure_of(scene: &str, error: MatrixError) -> Failure {
-    match error {
-        MatrixError::Cancelled => Failure::Cancelled,
+    Failure::of(error, |error| match error {
         MatrixError::Assemble(e) => Failure::failed(e),
         MatrixError::Shelf(e) => Failure::failed(e),
         MatrixError::Engine(_) | MatrixError::NoAccount | MatrixError::Unwanted(_) => {
             Failure::input(error)
         }
         e => Failure::Input(format!("{scene}: {e}")),
-    }
+    })
 }
 
 /// Says what the matrix is like.

@@ -1,7 +1,10 @@
 //! How a command ends badly: one message, one exit code.
 
+use std::error::Error;
 use std::fmt;
 use std::process::ExitCode;
+
+use hemicube::progress::{Cancelled, is_cancelled};
 
 /// Why a command ended without its result.
 #[derive(Debug)]
@@ -32,6 +35,17 @@ impl Failure {
     /// A failure.
     pub fn failed(error: impl fmt::Display) -> Self {
         Self::Failed(error.to_string())
+    }
+
+    /// What an error of the library means: cancelled, or what `otherwise` makes of it.
+    pub fn of<E: Error + 'static>(error: E, otherwise: impl FnOnce(E) -> Self) -> Self {
+        if is_cancelled(&error) { Self::Cancelled } else { otherwise(error) }
+    }
+}
+
+impl From<Cancelled> for Failure {
+    fn from(_: Cancelled) -> Self {
+        Self::Cancelled
     }
 }
 

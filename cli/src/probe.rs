@@ -50,7 +50,7 @@ pub fn run(args: &Probe) -> Result<(), Failure> {
     let options = GatherOptions { samples, seed, ..GatherOptions::default() };
     let gatherer = Gatherer::new(&scene, &solution, &field, &bvh, options);
     bar.stage("points", table.probes.len() as u64);
-    let found = gatherer.all(&table.probes, &bar).ok_or(Failure::Cancelled)?;
+    let found = gatherer.all(&table.probes, &bar)?;
     bar.finish();
     let seconds = start.elapsed().as_secs_f64();
     let text = table.with(&found);

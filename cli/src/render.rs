@@ -159,15 +159,16 @@ pub fn lit(scene: &Scene, args: &Light, bar: &Bar) -> Result<Solution, Failure> 
             _ => light(scene, &options, bar),
         },
     };
-    let solution = solution.map_err(|e| match e {
-        e if e.is_cancelled() => Failure::Cancelled,
-        LightError::Patches(_)
-        | LightError::NoSky
-        | LightError::Refine(RefineError::Tolerance(_) | RefineError::Clusters)
-        | LightError::Engine(EngineError::Clusters(_))
-        | LightError::Hemicube(_)
-        | LightError::Memory { .. } => Failure::input(e),
-        e => Failure::failed(e),
+    let solution = solution.map_err(|e| {
+        Failure::of(e, |e| match e {
+            LightError::Patches(_)
+            | LightError::NoSky
+            | LightError::Refine(RefineError::Tolerance(_) | RefineError::Clusters)
+            | LightError::Engine(EngineError::Clusters(_))
+            | LightError::Hemicube(_)
+            | LightError::Memory { .. } => Failure::input(e),
+            e => Failure::failed(e),
+        })
     })?;
     bar.finish();
     if !args.quiet {
@@ -345,10 +346,7 @@ pub fn say_details(report: &Report) {
 }
 
 fn picture_failure(error: RenderError) -> Failure {
-    match error {
-        RenderError::Cancelled => Failure::Cancelled,
-        e => Failure::input(e),
-    }
+    Failure::of(error, Failure::input)
 }
 
 /// Writes what happened, if it is wanted.

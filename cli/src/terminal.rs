@@ -1,11 +1,10 @@
 //! The one place that prints, and shows progress on a terminal.
 
 use std::io::{IsTerminal, Write};
-use std::ops::ControlFlow;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use hemicube::progress::Progress;
+use hemicube::progress::{Cancelled, Progress};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 /// Says something to the user, on stderr. Nothing happens if nobody listens.
@@ -67,14 +66,10 @@ impl Progress for Bar {
         }
     }
 
-    fn advance(&self, n: u64) -> ControlFlow<()> {
+    fn advance(&self, n: u64) -> Result<(), Cancelled> {
         if let Ok(bar) = self.bar.lock() {
             bar.inc(n);
         }
-        if INTERRUPTED.load(Ordering::Relaxed) {
-            ControlFlow::Break(())
-        } else {
-            ControlFlow::Continue(())
-        }
+        if INTERRUPTED.load(Ordering::Relaxed) { Err(Cancelled) } else { Ok(()) }
     }
 }

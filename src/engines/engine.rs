@@ -1,12 +1,10 @@
 //! Who makes rows, and how they flow into a sink.
 
-use std::ops::ControlFlow;
-
 use thiserror::Error;
 
 use crate::form_factors::{BLOCK, Row, RowSink, SinkError};
 use crate::patches::PatchId;
-use crate::progress::Progress;
+use crate::progress::{Cancelled, Progress};
 
 /// Why rows could not be made.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
@@ -48,7 +46,7 @@ pub enum AssembleError {
     Sink(#[from] SinkError),
     /// The caller cancelled.
     #[error("cancelled")]
-    Cancelled,
+    Cancelled(#[from] Cancelled),
 }
 
 /// No engine has more rows than this under way at once.
@@ -73,9 +71,7 @@ pub fn assemble(
         );
         filled?;
         taken?;
-        if let ControlFlow::Break(()) = progress.advance(last.len() as u64) {
-            return Err(AssembleError::Cancelled);
-        }
+        progress.advance(last.len() as u64)?;
         std::mem::swap(&mut next, &mut made);
         last = block;
     }

@@ -65,9 +65,7 @@ pub(super) fn encode_rows<R: Rows + ?Sized>(
             file.write_all(bytes)?;
         }
         let done = (firsts.len() * BLOCK).min(rows.len() - firsts[0]);
-        if progress.advance(done as u64).is_break() {
-            return Err(io::ErrorKind::Interrupted.into());
-        }
+        progress.advance(done as u64).map_err(|_| io::ErrorKind::Interrupted)?;
     }
     Ok(())
 }

@@ -24,7 +24,7 @@ use thiserror::Error;
 use super::rows::SinkError;
 use super::stored::FormFactors;
 use crate::patches::PatchId;
-use crate::progress::Progress;
+use crate::progress::{Cancelled, Progress};
 use crate::visibility::COVERED;
 
 /// A row that loses more than this to the environment and to backs belongs to no enclosure.
@@ -67,7 +67,7 @@ pub enum ClosureError {
     Sink(#[from] SinkError),
     /// The caller cancelled.
     #[error("cancelled")]
-    Cancelled,
+    Cancelled(#[from] Cancelled),
 }
 
 /// Closes the matrix of an enclosure: `factors` become exchange areas, to be scaled as the
@@ -105,7 +105,7 @@ pub fn close(
         scaling::ScalingError::Stalled(rows) => {
             ClosureError::Stalled(rows.into_iter().map(|(i, s)| (PatchId(i as u32), s)).collect())
         }
-        scaling::ScalingError::Cancelled => ClosureError::Cancelled,
+        scaling::ScalingError::Cancelled(cancelled) => cancelled.into(),
     })?;
     Ok(Closure {
         left: found.scales.iter().zip(&sums).map(|(d, a)| d / a).collect(),

@@ -145,7 +145,7 @@ impl<'a> Maker<'a> {
             options.memory - forecast.whole.saturating_sub(entries_bytes).min(options.memory);
         progress.stage("form factors", n as u64);
         let failed = |e: AssembleError| match e {
-            AssembleError::Cancelled => MatrixError::Cancelled,
+            AssembleError::Cancelled(cancelled) => cancelled.into(),
             AssembleError::Sink(e) => sink_failure(e, n, options),
             e => MatrixError::Assemble(e),
         };

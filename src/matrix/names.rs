@@ -59,7 +59,7 @@ impl Names<'_> {
                 MatrixError::Stalled(self.surfaces(&rows, |sum| (sum - 1.0).abs(), "off by up to"))
             }
             ClosureError::Sink(e) => too_large(e),
-            ClosureError::Cancelled => MatrixError::Cancelled,
+            ClosureError::Cancelled(cancelled) => cancelled.into(),
         }
     }
 

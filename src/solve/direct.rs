@@ -54,9 +54,7 @@ pub(super) fn solve(
         open = rest;
         eliminate(system, &unknowns, &channels, &mut matrix, &mut h);
         factorisations += 1;
-        if progress.advance(1).is_break() {
-            return Err(SolveError::Cancelled);
-        }
+        progress.advance(1)?;
     }
     let residual = system.residual(&h, options.tolerance);
     // A singular system (a closed room that absorbs nothing) has no finite solution.

@@ -40,9 +40,7 @@ pub(super) fn solve(
             }
         }
         h = mixer.mix(h, swept);
-        if progress.advance(1).is_break() {
-            return Err(SolveError::Cancelled);
-        }
+        progress.advance(1)?;
     }
     Err(SolveError::NoConvergence {
         iterations: options.max_iterations,

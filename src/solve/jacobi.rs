@@ -20,9 +20,7 @@ pub(super) fn solve(
             return Ok((h, SolveReport { method: Method::Jacobi, iterations, residual }));
         }
         h = next;
-        if progress.advance(1).is_break() {
-            return Err(SolveError::Cancelled);
-        }
+        progress.advance(1)?;
     }
     Err(SolveError::NoConvergence {
         iterations: options.max_iterations,

@@ -109,8 +109,6 @@ pub(super) fn solve(
             }
             shots += 1;
         }
-        if progress.advance(1).is_break() {
-            return Err(SolveError::Cancelled);
-        }
+        progress.advance(1)?;
     }
 }

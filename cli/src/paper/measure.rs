@@ -11,7 +11,7 @@ use hemicube::scene::{Geometry, Scene, builtin};
 
 use super::conditions::Conditions;
 use super::device::Device;
-use super::part::{Part, continue_or_cancel};
+use super::part::Part;
 use super::published::SCENES;
 use crate::failure::Failure;
 
@@ -47,10 +47,7 @@ pub struct Timing {
 
 /// What a failed assembly means to the user.
 pub fn assembly_failure(error: AssembleError) -> Failure {
-    match error {
-        AssembleError::Cancelled => Failure::Cancelled,
-        e => Failure::failed(e),
-    }
+    Failure::of(error, Failure::failed)
 }
 
 /// A sink that drops rows.
@@ -219,7 +216,7 @@ impl<'a> Maker<'a> {
                     match wait.recv_timeout(Duration::from_millis(50)) {
                         Ok(made) => break made,
                         Err(RecvTimeoutError::Timeout) => {
-                            continue_or_cancel(progress.advance(0))?;
+                            progress.advance(0)?;
                         }
                         Err(RecvTimeoutError::Disconnected) => {
                             return Err(Failure::failed("the classical engine stopped"));
@@ -230,7 +227,7 @@ impl<'a> Maker<'a> {
                 *place = Some(engine);
             }
         }
-        continue_or_cancel(progress.advance(0))
+        Ok(progress.advance(0)?)
     }
 
     fn tests(&self) -> Option<f64> {

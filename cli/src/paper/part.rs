@@ -1,9 +1,8 @@
 //! Progress of a part of the work.
 
-use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use hemicube::progress::Progress;
+use hemicube::progress::{Cancelled, Progress};
 
 use crate::failure::Failure;
 use crate::terminal::Bar;
@@ -24,21 +23,16 @@ impl<'a> Part<'a> {
 
     /// The work is done, however much it was.
     pub fn finish(&self) -> Result<(), Failure> {
-        continue_or_cancel(self.advance(self.total))
+        Ok(self.advance(self.total)?)
     }
 }
 
 impl Progress for Part<'_> {
     fn stage(&self, _name: &str, _total: u64) {}
 
-    fn advance(&self, n: u64) -> ControlFlow<()> {
+    fn advance(&self, n: u64) -> Result<(), Cancelled> {
         let before = self.done.fetch_add(n, Ordering::Relaxed);
         let reached = |done: u64| self.weight * done.min(self.total) / self.total;
         self.bar.advance(reached(before + n) - reached(before))
     }
-}
-
-/// Fails if the user cancelled.
-pub fn continue_or_cancel(flow: ControlFlow<()>) -> Result<(), Failure> {
-    if flow.is_break() { Err(Failure::Cancelled) } else { Ok(()) }
 }

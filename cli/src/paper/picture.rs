@@ -1,10 +1,8 @@
 //! Picture pairs: uniform and adaptive, their difference, and the adaptive mesh.
 
-use std::ops::ControlFlow;
-
 use hemicube::export::write_png;
 use hemicube::patches::Patches;
-use hemicube::progress::Progress;
+use hemicube::progress::{Cancelled, Progress};
 use hemicube::reconstruct::Field;
 use hemicube::render::{Picture, PictureOptions, RenderError, Renderer};
 use hemicube::scene::{Camera, Material, Rgb, Scene, SceneBuilder, Sides, Surface};
@@ -142,7 +140,7 @@ struct Watched<'a>(&'a Bar);
 impl Progress for Watched<'_> {
     fn stage(&self, _name: &str, _total: u64) {}
 
-    fn advance(&self, _n: u64) -> ControlFlow<()> {
+    fn advance(&self, _n: u64) -> Result<(), Cancelled> {
         self.0.advance(0)
     }
 }
@@ -161,10 +159,7 @@ fn difference(a: &Picture, b: &Picture) -> Picture {
 }
 
 fn failure(error: RenderError) -> Failure {
-    match error {
-        RenderError::Cancelled => Failure::Cancelled,
-        e => Failure::failed(e),
-    }
+    Failure::of(error, Failure::failed)
 }
 
 /// The pictures of a scene.

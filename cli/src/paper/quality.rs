@@ -84,12 +84,13 @@ fn lit(
         solve: SolveOptions::default(),
         memory: conditions.memory,
     };
-    light(scene, &options, progress).map_err(|e| match e {
-        e if e.is_cancelled() => Failure::Cancelled,
-        LightError::Refine(RefineError::Tolerance(_)) | LightError::Memory { .. } => {
-            Failure::input(e)
-        }
-        e => Failure::failed(e),
+    light(scene, &options, progress).map_err(|e| {
+        Failure::of(e, |e| match e {
+            LightError::Refine(RefineError::Tolerance(_)) | LightError::Memory { .. } => {
+                Failure::input(e)
+            }
+            e => Failure::failed(e),
+        })
     })
 }
 

@@ -4,8 +4,6 @@
 //! written tile by tile from both their own pairs and mirrored ones; a pair of tiles is dropped
 //! once both have been written. So what is kept never takes more than the finished matrix will.
 
-use std::ops::ControlFlow;
-
 use rayon::prelude::*;
 
 use super::Exact;
@@ -97,9 +95,7 @@ impl Exact<'_> {
                 upper.push(Column::new(&made.by_ref().take(b + 1).collect::<Vec<_>>()));
             }
             let done = wave.map(|t| self.tile_len(t)).sum::<usize>();
-            if let ControlFlow::Break(()) = progress.advance(done as u64) {
-                return Err(AssembleError::Cancelled);
-            }
+            progress.advance(done as u64)?;
         }
         let mut factors = FormFactors::new(self.model.len(), limit);
         for first in (0..tiles).step_by(WAVE) {
@@ -112,9 +108,7 @@ impl Exact<'_> {
                 .collect();
             made.into_iter().try_for_each(|band| factors.keep(band))?;
             wave.for_each(|t| upper[t] = Column::default());
-            if let ControlFlow::Break(()) = progress.advance(0) {
-                return Err(AssembleError::Cancelled);
-            }
+            progress.advance(0)?;
         }
         Ok(factors)
     }

@@ -1,10 +1,7 @@
 //! Form factors made symmetric exchange areas, in the memory that they have.
 
-use std::ops::ControlFlow;
-
 use super::ClosureError;
-use crate::form_factors::rows::BLOCK;
-use crate::form_factors::rows::SinkError;
+use crate::form_factors::rows::{BLOCK, SinkError};
 use crate::form_factors::stored::FormFactors;
 use crate::progress::Progress;
 
@@ -18,9 +15,9 @@ pub fn symmetrise(
     progress: &dyn Progress,
 ) -> Result<f64, ClosureError> {
     // Asked between blocks of rows.
-    let go_on = |i: usize| match i.is_multiple_of(BLOCK).then(|| progress.advance(0)) {
-        Some(ControlFlow::Break(())) => Err(ClosureError::Cancelled),
-        _ => Ok(()),
+    let go_on = |i: usize| match i.is_multiple_of(BLOCK) {
+        true => progress.advance(0).map_err(ClosureError::from),
+        false => Ok(()),
     };
     if taken.contains(&false) {
         factors.rewrite(|i, columns, weights, kept_columns, kept| {

@@ -11,11 +11,9 @@
 //! plates for one; each solves its linear system by conjugate gradients, as Knight & Ruiz
 //! (2013), "A fast algorithm for matrix balancing", do.
 
-use std::ops::ControlFlow;
-
 use rayon::prelude::*;
 
-use crate::progress::Progress;
+use crate::progress::{Cancelled, Progress};
 
 /// Sums are right to this share of themselves.
 pub const TOLERANCE: f64 = 1e-9;
@@ -52,7 +50,7 @@ pub enum ScalingError {
     /// The sums stay wrong: the worst rows, each with its sum as a share of what it should be.
     Stalled(Vec<(usize, f64)>),
     /// The caller cancelled.
-    Cancelled,
+    Cancelled(Cancelled),
 }
 
 /// Finds the scales of the `taken` rows of a symmetric matrix (columns and entries a row) that give them
@@ -76,9 +74,7 @@ pub fn scale(
         if steps - best.1 >= PATIENCE {
             break;
         }
-        if let ControlFlow::Break(()) = progress.advance(1) {
-            return Err(ScalingError::Cancelled);
-        }
+        progress.advance(1).map_err(ScalingError::Cancelled)?;
         let change = system.newton(&now);
         let mut length = 1.0;
         now = loop {
