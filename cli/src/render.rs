@@ -295,7 +295,11 @@ fn gpu_hemicube(options: HemicubeOptions) -> Result<EngineOptions, Failure> {
 
 #[cfg(not(feature = "gpu"))]
 fn gpu_hemicube(_: HemicubeOptions) -> Result<EngineOptions, Failure> {
-    Err(Failure::input("this program was built without --features gpu; use --device cpu"))
+    Err(Failure::input(
+        "this program was built without its GPU engine; build it with `cargo install --path cli \
+         --features gpu` (or run it by `cargo run --release --features gpu -- ...`), or use \
+         --device cpu",
+    ))
 }
 
 /// Says how long each stage took and where the light went.
