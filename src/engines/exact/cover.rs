@@ -14,7 +14,8 @@
 
 use glam::Vec3;
 
-use crate::visibility::{LANES, Lanes, multiversion};
+use crate::simd::{LANES, multiversion};
+use crate::visibility::Lanes;
 
 /// A drawn polygon has at most so many corners.
 pub(super) const MOST: usize = super::blockers::MOST_CORNERS + 2;

@@ -13,7 +13,8 @@ use super::unoccluded::{Polygon, exchange, facing};
 use super::visible::MOST_RAYS;
 use crate::patches::{PatchId, Patches, at_barycentric};
 use crate::scene::{Geometry, Side, TriangleId};
-use crate::visibility::{Bvh, LANES, ROUNDING};
+use crate::simd::LANES;
+use crate::visibility::{Bvh, ROUNDING};
 
 /// Heights below this share of the scene's radius are none: what lies in one plane exchanges nothing.
 const COPLANAR: f64 = 1e-10;

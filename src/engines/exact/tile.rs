@@ -12,7 +12,8 @@ use super::shaft::{Between, Shaft, face_away, relation};
 use super::tree::{Node, TILE};
 use super::unoccluded::{exchange, facing};
 use super::visible::{MOST_RAYS, Pair, Room, Visible};
-use crate::visibility::{LANES, Lanes};
+use crate::simd::LANES;
+use crate::visibility::Lanes;
 
 /// Spreads the bits of a seed over those of pairs.
 const SEED: u64 = 0xd134_2543_de82_ef95;

@@ -20,7 +20,8 @@ use super::points::{Area, point_by_angle};
 use super::probes::TOGETHER;
 use super::unoccluded::Polygon;
 use crate::engines::sampling::Random;
-use crate::visibility::{LANES, Packet};
+use crate::simd::LANES;
+use crate::visibility::Packet;
 
 /// A pair with more blockers is left to rays.
 const MANY: usize = 24;

@@ -3,7 +3,7 @@ use glam::{DVec2, DVec3, dvec3};
 use super::*;
 use crate::scene::builtin::{self, Mesh};
 use crate::scene::{Part, Sides};
-use crate::visibility::simd::{Version, WIDEST};
+use crate::simd::{LANES, Version, WIDEST};
 
 /// Numbers that look random.
 struct Noise(u64);
