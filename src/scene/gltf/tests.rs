@@ -5,7 +5,8 @@ use base64::Engine;
 use glam::{DVec2, DVec3};
 use proptest::prelude::*;
 
-use crate::scene::import::{ImportOptions, SceneError, SidesChoice, load};
+use crate::scene::import::{ImportOptions, SidesChoice, load};
+use crate::scene::source::{ImportError, Source};
 use crate::scene::texture::tests::png;
 use crate::scene::{Lamp, Part, Rgb, Scene, Side, Sides, TriangleId};
 
@@ -98,7 +99,7 @@ impl Doc {
         out
     }
 
-    fn load(&self) -> Result<Scene, SceneError> {
+    fn load(&self) -> Result<Scene, ImportError> {
         load_as("m.gltf", self.embedded().as_bytes())
     }
 
@@ -111,7 +112,7 @@ impl Doc {
     }
 }
 
-fn load_as(name: &str, bytes: &[u8]) -> Result<Scene, SceneError> {
+fn load_as(name: &str, bytes: &[u8]) -> Result<Scene, ImportError> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join(name);
     fs::write(&path, bytes).unwrap();
@@ -436,7 +437,7 @@ fn options_scale_turn_and_override() {
         ImportOptions { max_reflectance: 1.0, ..options },
         ImportOptions { up: Some(DVec3::ZERO), ..options },
     ] {
-        assert!(matches!(load(&path, &wrong), Err(SceneError::Options(_))), "{wrong:?}");
+        assert!(matches!(load(&path, &wrong), Err(ImportError::Options(_))), "{wrong:?}");
     }
 }
 
@@ -532,7 +533,7 @@ fn missing_files_and_remote_ones_are_errors() {
 }
 
 fn reads_without_panic(name: &str, bytes: &[u8]) {
-    let source = crate::scene::import::Source { path: Path::new(name), bytes };
+    let source = Source { path: Path::new(name), bytes };
     let mut builder = crate::scene::SceneBuilder::new("noise");
     if super::read(&source, &mut builder).is_ok() {
         let _ = crate::scene::inspect(&builder.finish());

@@ -8,7 +8,7 @@ use crate::scene::texture::tests::png;
 use crate::scene::{Part, Scene, Side, TriangleId};
 
 /// Writes files into a new folder and loads the first of them.
-fn load_files(files: &[(&str, &[u8])]) -> Result<Scene, SceneError> {
+fn load_files(files: &[(&str, &[u8])]) -> Result<Scene, ImportError> {
     let folder = tempfile::tempdir().unwrap();
     for (name, bytes) in files {
         fs::write(folder.path().join(name), bytes).unwrap();
@@ -16,7 +16,7 @@ fn load_files(files: &[(&str, &[u8])]) -> Result<Scene, SceneError> {
     load(&folder.path().join(files[0].0), &ImportOptions::default())
 }
 
-fn obj(text: &str) -> Result<Scene, SceneError> {
+fn obj(text: &str) -> Result<Scene, ImportError> {
     load_files(&[("m.obj", text.as_bytes())])
 }
 
