@@ -88,6 +88,39 @@ impl SceneBuilder {
         o.uv.push(uv.unwrap_or([DVec2::ZERO; 3]));
     }
 
+    /// Adds a mesh as a surface of its own, all of one material, and returns the surface's index.
+    ///
+    /// `vertices` are in metres; `triangles` are indices of them, counter-clockwise seen from the
+    /// front. They must be valid, and so must `material`.
+    ///
+    /// ```
+    /// use glam::DVec3;
+    /// use hemicube::scene::{Material, SceneBuilder, Sides};
+    ///
+    /// let mut builder = SceneBuilder::new("sheet");
+    /// let paper = builder.material(Material::default());
+    /// let corners = [DVec3::ZERO, DVec3::X, DVec3::X + DVec3::Y, DVec3::Y];
+    /// builder.mesh("square metre", &corners, &[[0, 1, 2], [0, 2, 3]], paper, Sides::Two);
+    /// let geometry = builder.finish().geometry;
+    /// assert_eq!(geometry.ids().map(|t| geometry.area(t)).sum::<f64>(), 1.0);
+    /// ```
+    pub fn mesh(
+        &mut self,
+        name: &str,
+        vertices: &[DVec3],
+        triangles: &[[u32; 3]],
+        material: u32,
+        sides: Sides,
+    ) -> u32 {
+        let surface = self.surface(Surface { name: name.into(), node: 0, primitive: 0 });
+        let base = self.scene.geometry.vertices.len() as u32;
+        self.scene.geometry.vertices.extend(vertices);
+        for triangle in triangles {
+            self.triangle(triangle.map(|v| base + v), None, surface, material, sides);
+        }
+        surface
+    }
+
     /// Adds a source of light without extent.
     pub fn lamp(&mut self, lamp: Lamp) {
         self.scene.lamps.push(lamp);
