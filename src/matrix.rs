@@ -32,7 +32,7 @@ use crate::engines::AssembleError;
 use crate::form_factors::{RowAccount, close, drop_below};
 use crate::patches::{Patches, PatchesError};
 use crate::progress::{Cancelled, Progress};
-use crate::scene::{Geometry, Part, Side};
+use crate::scene::{Geometry, Side, TriangleState};
 use crate::solution::{Clock, EngineOptions, LightError, amount};
 use crate::visibility::{Bvh, COVERED, looks_inside_out, uncover};
 
@@ -258,13 +258,13 @@ pub fn make_where(
 
     let Made { mut held, sums, covered, restored, pairs, account, lost } = made;
     let named = Names { geometry, patches: &patches, layout: &layout };
-    let count = |part: Part| geometry.part.iter().filter(|&&p| p == part).count();
+    let count = |state: TriangleState| geometry.state.iter().filter(|&&s| s == state).count();
     let mut report = MatrixReport {
         source_triangles: geometry.len(),
         rows: layout.len(),
-        degenerate: count(Part::Degenerate),
-        duplicate: count(Part::Duplicate),
-        transparent: count(Part::Transparent),
+        degenerate: count(TriangleState::Degenerate),
+        duplicate: count(TriangleState::Duplicate),
+        transparent: count(TriangleState::Transparent),
         two_sided: layout.faces.iter().any(|f| f.side == Side::Back),
         patch_size: options.patch_size,
         engine: Some(engine),

@@ -29,7 +29,7 @@ pub mod texture;
 pub use builder::SceneBuilder;
 pub use camera::Camera;
 pub use finding::{Finding, Severity};
-pub use geometry::{Geometry, Part, Side, Sides, Surface, TriangleId};
+pub use geometry::{Geometry, Side, Sides, Surface, TriangleId, TriangleState};
 pub use import::{ImportOptions, SidesChoice, load};
 pub use inspect::inspect;
 pub use lamp::Lamp;

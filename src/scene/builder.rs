@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::geometry::{Part, Sides, Surface};
+use super::geometry::{Sides, Surface, TriangleState};
 use super::optics::{ASSUMED_TEXTURE, Material, OPAQUE_ALPHA, Optics};
 use super::texture::Texture;
 use super::{Camera, Finding, Lamp, Rgb, Scene, Severity};
@@ -78,10 +78,10 @@ impl SceneBuilder {
         g.triangles.push(vertices);
         g.sides.push(sides);
         g.surface_of.push(surface);
-        g.part.push(if o.materials[material as usize].alpha < OPAQUE_ALPHA {
-            Part::Transparent
+        g.state.push(if o.materials[material as usize].alpha < OPAQUE_ALPHA {
+            TriangleState::Transparent
         } else {
-            Part::Solid
+            TriangleState::Solid
         });
         o.material_of.push(material);
         self.has_uv |= uv.is_some();
@@ -232,8 +232,11 @@ impl SceneBuilder {
             }
             if material.alpha_texture == Some(index) {
                 let factor = if material.alpha_cutoff.is_some() { 1.0 } else { material.alpha };
-                geometry.part[t] =
-                    if alpha * factor < OPAQUE_ALPHA { Part::Transparent } else { Part::Solid };
+                geometry.state[t] = if alpha * factor < OPAQUE_ALPHA {
+                    TriangleState::Transparent
+                } else {
+                    TriangleState::Solid
+                };
             }
         }
     }
@@ -241,8 +244,8 @@ impl SceneBuilder {
     fn name_transparent(&mut self) {
         let optics = &self.scene.optics;
         let mut count = vec![0_usize; optics.materials.len()];
-        for (part, &m) in self.scene.geometry.part.iter().zip(&optics.material_of) {
-            count[m as usize] += usize::from(*part == Part::Transparent);
+        for (state, &m) in self.scene.geometry.state.iter().zip(&optics.material_of) {
+            count[m as usize] += usize::from(*state == TriangleState::Transparent);
         }
         for (material, count) in optics.materials.iter().zip(count) {
             if count > 0 {
