@@ -41,9 +41,7 @@ impl Default for PictureOptions {
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum RenderError {
     /// No pixel, or more than memory should hold.
-    #[error(
-        "a picture of {0} x {1} pixels cannot be made; give --size WxH between 1x1 and 16384x16384"
-    )]
+    #[error("a picture of {0} x {1} pixels cannot be made; 1 x 1 to 16384 x 16384 can")]
     Size(usize, usize),
     /// The camera looks nowhere.
     #[error("{0}")]

@@ -54,10 +54,11 @@ use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
 
-use super::engine::{Engine, EngineError};
+use super::engine::{AssembleError, Engine, EngineError, PairsReport, in_blocks};
 use super::rays::{Rays, RaysOptions};
-use crate::form_factors::{Row, RowAccount, Weights};
+use crate::form_factors::{Row, RowAccount, RowSink, Weights};
 use crate::patches::{PatchId, Patches};
+use crate::progress::Progress;
 use crate::scene::Geometry;
 use crate::visibility::Bvh;
 use model::Model;
@@ -174,7 +175,7 @@ impl<'a> Exact<'a> {
         }
         let ids: Vec<PatchId> = chosen.iter().map(|row| row.0).collect();
         let mut seen = vec![Row::default(); ids.len()];
-        self.make(&ids, &mut seen);
+        self.make_rows(&ids, &mut seen);
         let square_sum = |row: &Row| row.entries().map(|(_, f)| f * f).sum::<f64>();
         let shares = seen.iter().zip(&chosen).map(|(row, chosen)| square_sum(row) / chosen.1);
         2.0 * shares.sum::<f64>() / chosen.len().max(1) as f64
@@ -264,15 +265,33 @@ impl Engine for Exact<'_> {
         self.model.bytes() + (work + rows * self.model.len() * 4) as u64
     }
 
+    fn pairs(&self) -> Option<PairsReport> {
+        let [evaluated, partly_hidden, shadow_rays] = self.counts();
+        Some(PairsReport { evaluated, partly_hidden, shadow_rays, error: self.estimate() })
+    }
+
     fn fill(&mut self, rows: &[PatchId], out: &mut [Row]) -> Result<(), EngineError> {
-        self.make(rows, out);
+        self.make_rows(rows, out);
         Ok(())
+    }
+
+    /// All rows are made together where they are kept, each pair evaluated once.
+    fn make(
+        &mut self,
+        ids: &[PatchId],
+        sink: &mut dyn RowSink,
+        progress: &dyn Progress,
+    ) -> Result<(), AssembleError> {
+        match sink.room() {
+            Some(room) if ids.len() == self.model.len() => self.all(room, sink, progress),
+            _ => in_blocks(self, ids, sink, progress),
+        }
     }
 }
 
 impl Exact<'_> {
     /// Makes the rows of patches, and their accounts.
-    fn make(&self, rows: &[PatchId], out: &mut [Row]) {
+    fn make_rows(&self, rows: &[PatchId], out: &mut [Row]) {
         let n = self.model.len();
         let mut wanted = vec![false; n];
         // Which of `rows` a place in the order of the tree is.
@@ -333,18 +352,18 @@ impl Exact<'_> {
         &self,
         id: PatchId,
         exchange: &[f32],
-        columns: &mut Vec<u32>,
+        columns: &mut Vec<PatchId>,
         weights: &mut Vec<f32>,
     ) {
         let inverse = 1.0 / self.model.areas[self.model.place[id.index()] as usize];
         let from = columns.len();
         let count = exchange.iter().filter(|s| **s > 0.0).count();
         // Without a branch that no one can foresee: what is nothing is written over by the next.
-        columns.resize(from + count + 1, 0);
+        columns.resize(from + count + 1, PatchId(0));
         weights.resize(from + count + 1, 0.0);
         let mut k = from;
         for (j, &s) in (0..).zip(exchange) {
-            columns[k] = j;
+            columns[k] = PatchId(j);
             weights[k] = down(f64::from(s) * inverse);
             k += usize::from(s > 0.0);
         }

@@ -32,11 +32,7 @@ pub(super) fn solve(
     let n = unknowns.len();
     let bytes = NUMBER * n as u64 * n as u64;
     let needed = bytes + (BESIDE * bytes as f64) as u64;
-    let too_large = || SolveError::TooLarge {
-        patches: n,
-        needed_mib: needed.div_ceil(1 << 20),
-        allowed_mib: options.memory >> 20,
-    };
+    let too_large = || SolveError::TooLarge { patches: n, needed, allowed: options.memory };
     if needed > options.memory {
         return Err(too_large());
     }
