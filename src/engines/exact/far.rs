@@ -15,7 +15,6 @@ use std::f32::consts::FRAC_1_PI;
 
 use glam::DVec3;
 
-use super::model::Model;
 use super::triangles::{Triangles, pad, stand_in};
 use crate::visibility::{LANES, Lanes, multiversion};
 
@@ -48,33 +47,29 @@ pub(super) struct Columns {
 }
 
 impl Columns {
-    /// For factors that may err by `error`.
-    pub fn new(model: &Model<'_>, error: f64) -> Self {
+    /// None yet, for factors that may err by `error`.
+    pub fn new(error: f64) -> Self {
         let far = (FAR * (1e-3 / error).max(1.0).powf(POWER)) as f32;
-        let mut me = Self { far, ..Self::default() };
-        let scale = model.bvh.scale();
-        let mut pieces = Vec::new();
-        for at in 0..model.len() {
-            pieces.clear();
-            pieces.extend(model.pieces(at).iter().map(|p| {
-                let local = |k: usize| (p.polygon.corners()[k] - model.bvh.center()) / scale;
-                ([0, 1, 2].map(local), p.polygon.normal)
-            }));
-            let stand_in = stand_in(&pieces, f64::from(NOISE));
-            let (corners, normal) = stand_in.unwrap_or(([DVec3::ZERO; 3], DVec3::ZERO));
-            let centre = corners.iter().sum::<DVec3>() / 3.0;
-            let reach = pieces.iter().flat_map(|p| &p.0).map(|c| c.distance(centre));
-            let radius = reach.fold(0.0, f64::max);
-            me.triangles.push(corners, normal);
-            me.radius.push(if stand_in.is_some() { radius as f32 } else { f32::INFINITY });
-            me.several.push(if pieces.len() > 1 { 1.0 } else { 0.0 });
-            me.area.push((model.areas[at] / (scale * scale)) as f32);
-        }
-        me.triangles.pad();
-        pad(&mut me.radius);
-        pad(&mut me.area);
-        pad(&mut me.several);
-        me
+        Self { far, ..Self::default() }
+    }
+
+    /// Adds a patch of this area that consists of triangles with these corners and normals.
+    pub fn push(&mut self, triangles: &[([DVec3; 3], DVec3)], area: f64) {
+        let stand_in = stand_in(triangles, f64::from(NOISE));
+        let (corners, normal) = stand_in.unwrap_or(([DVec3::ZERO; 3], DVec3::ZERO));
+        let centre = corners.iter().sum::<DVec3>() / 3.0;
+        let reach = triangles.iter().flat_map(|t| &t.0).map(|c| c.distance(centre));
+        let radius = reach.fold(0.0, f64::max);
+        self.triangles.push(corners, normal);
+        self.radius.push(if stand_in.is_some() { radius as f32 } else { f32::INFINITY });
+        self.several.push(if triangles.len() > 1 { 1.0 } else { 0.0 });
+        self.area.push(area as f32);
+    }
+
+    /// Adds what kernels may read beyond the last.
+    pub fn pad(&mut self) {
+        self.triangles.pad();
+        [&mut self.radius, &mut self.area, &mut self.several].into_iter().for_each(pad);
     }
 }
 

@@ -6,7 +6,8 @@
 
 use rayon::prelude::*;
 
-use super::Exact;
+use super::pairs::Pairs;
+use super::rows::{Accounts, entries};
 use super::tree::TILE;
 use crate::engines::engine::AssembleError;
 use crate::form_factors::{Band, FormFactors, Row, SinkError, Weights, entry_bytes, sum};
@@ -69,116 +70,105 @@ impl Column {
 /// Tiles whose columns are evaluated, or whose rows are written, together.
 const WAVE: usize = 8;
 
-impl Exact<'_> {
-    /// The form factors of all patches, the same to the last bit as rows made one by one, in at most
-    /// `limit` bytes. Advances `progress` by one a row.
-    pub fn matrix(
-        &self,
-        limit: u64,
-        progress: &dyn Progress,
-    ) -> Result<FormFactors, AssembleError> {
-        let tiles = self.model.tree.tiles.len();
-        let mut upper: Vec<Column> = Vec::with_capacity(tiles);
-        let mut entries = 0;
-        for first in (0..tiles).step_by(WAVE) {
-            let wave = first..(first + WAVE).min(tiles);
-            let pairs: Vec<(usize, usize)> =
-                wave.clone().flat_map(|b| (0..=b).map(move |a| (a, b))).collect();
-            let made: Vec<Upper> =
-                pairs.par_iter().with_max_len(4).map(|&(a, b)| self.upper(a, b)).collect();
-            entries += 2 * made.iter().map(|u| u.exchange.len() as u64).sum::<u64>();
-            if entries * entry_bytes(&Weights::Each(Vec::new())) > limit {
-                return Err(SinkError::Memory { limit_mib: limit >> 20 }.into());
-            }
-            let mut made = made.into_iter();
-            for b in wave.clone() {
-                upper.push(Column::new(&made.by_ref().take(b + 1).collect::<Vec<_>>()));
-            }
-            let done = wave.map(|t| self.tile_len(t)).sum::<usize>();
-            progress.advance(done as u64)?;
+/// The form factors of all patches, in at most `limit` bytes. Advances `progress` by one a row.
+pub(super) fn make(
+    pairs: &Pairs<'_>,
+    accounts: &Accounts<'_>,
+    limit: u64,
+    progress: &dyn Progress,
+) -> Result<FormFactors, AssembleError> {
+    let tree = &pairs.model.tree;
+    let tiles = tree.tiles.len();
+    let mut upper: Vec<Column> = Vec::with_capacity(tiles);
+    let mut entries = 0;
+    for first in (0..tiles).step_by(WAVE) {
+        let wave = first..(first + WAVE).min(tiles);
+        let both: Vec<(usize, usize)> =
+            wave.clone().flat_map(|b| (0..=b).map(move |a| (a, b))).collect();
+        let made: Vec<Upper> =
+            both.par_iter().with_max_len(4).map(|&(a, b)| upper_half(pairs, a, b)).collect();
+        entries += 2 * made.iter().map(|u| u.exchange.len() as u64).sum::<u64>();
+        if entries * entry_bytes(&Weights::Each(Vec::new())) > limit {
+            return Err(SinkError::Memory { limit_mib: limit >> 20 }.into());
         }
-        let mut factors = FormFactors::new(self.model.len(), limit);
-        for first in (0..tiles).step_by(WAVE) {
-            let wave = first..(first + WAVE).min(tiles);
-            let made: Vec<Band> = wave
-                .clone()
-                .into_par_iter()
-                .with_max_len(1)
-                .map(|t| self.rows(t, &upper))
-                .collect();
-            made.into_iter().try_for_each(|band| factors.keep(band))?;
-            wave.for_each(|t| upper[t] = Column::default());
-            progress.advance(0)?;
+        let mut made = made.into_iter();
+        for b in wave.clone() {
+            upper.push(Column::new(&made.by_ref().take(b + 1).collect::<Vec<_>>()));
         }
-        Ok(factors)
+        let done = wave.map(|t| tree.tile(t).len()).sum::<usize>();
+        progress.advance(done as u64)?;
     }
-
-    fn tile_range(&self, t: usize) -> std::ops::Range<usize> {
-        let node = &self.model.tree.nodes[self.model.tree.tiles[t] as usize];
-        node.from as usize..node.to as usize
+    let mut factors = FormFactors::new(pairs.model.len(), limit);
+    for first in (0..tiles).step_by(WAVE) {
+        let wave = first..(first + WAVE).min(tiles);
+        let made: Vec<Band> = wave
+            .clone()
+            .into_par_iter()
+            .with_max_len(1)
+            .map(|t| rows(pairs, accounts, t, &upper))
+            .collect();
+        made.into_iter().try_for_each(|band| factors.keep(band))?;
+        wave.for_each(|t| upper[t] = Column::default());
+        progress.advance(0)?;
     }
+    Ok(factors)
+}
 
-    fn tile_len(&self, t: usize) -> usize {
-        self.tile_range(t).len()
-    }
+/// Evaluates the pairs of two tiles.
+fn upper_half(pairs: &Pairs<'_>, a: usize, b: usize) -> Upper {
+    let tree = &pairs.model.tree;
+    let (rows, columns) = (tree.tile(a), tree.tile(b));
+    let mut upper = Upper { starts: vec![0], ..Upper::default() };
+    pairs.tile(&pairs.task(None), [tree.tiles[a], tree.tiles[b]], |i, j, s| {
+        upper.starts.resize(i - rows.start + 1, upper.columns.len() as u16);
+        upper.columns.push((j - columns.start) as u8);
+        upper.exchange.push(s);
+    });
+    upper.starts.resize(rows.len() + 1, upper.columns.len() as u16);
+    upper.columns.shrink_to_fit();
+    upper.exchange.shrink_to_fit();
+    upper
+}
 
-    fn upper(&self, a: usize, b: usize) -> Upper {
-        let (rows, columns) = (self.tile_range(a), self.tile_range(b));
-        let mut upper = Upper { starts: vec![0], ..Upper::default() };
-        let tiles = &self.model.tree.tiles;
-        self.with_work(|work| {
-            self.task(None).tile(tiles[a], tiles[b], work, |i, j, s| {
-                upper.starts.resize(i - rows.start + 1, upper.columns.len() as u16);
-                upper.columns.push((j - columns.start) as u8);
-                upper.exchange.push(s);
-            });
-        });
-        upper.starts.resize(rows.len() + 1, upper.columns.len() as u16);
-        upper.columns.shrink_to_fit();
-        upper.exchange.shrink_to_fit();
-        upper
-    }
-
-    /// The rows of a tile.
-    fn rows(&self, tile: usize, upper: &[Column]) -> Band {
-        let model = &self.model;
-        let own = self.tile_range(tile);
-        let n = model.len();
-        let order = &model.tree.order;
-        let mut dense = vec![0.0_f32; own.len() * n];
-        let mut count = 0;
-        for other in 0..upper.len() {
-            let (a, b) = (tile.min(other), tile.max(other));
-            let (rows, columns) = (self.tile_range(a), self.tile_range(b));
-            count += upper[b].len(a) * if a == b { 2 } else { 1 };
-            for i in rows.clone() {
-                for (c, s) in upper[b].row(a, i - rows.start) {
-                    let j = columns.start + usize::from(c);
-                    if a == tile {
-                        dense[(i - own.start) * n + order[j] as usize] = s;
-                    }
-                    if b == tile {
-                        dense[(j - own.start) * n + order[i] as usize] = s;
-                    }
+/// The rows of a tile.
+fn rows(pairs: &Pairs<'_>, accounts: &Accounts<'_>, tile: usize, upper: &[Column]) -> Band {
+    let model = &pairs.model;
+    let own = model.tree.tile(tile);
+    let n = model.len();
+    let order = &model.tree.order;
+    let mut dense = vec![0.0_f32; own.len() * n];
+    let mut count = 0;
+    for other in 0..upper.len() {
+        let (a, b) = (tile.min(other), tile.max(other));
+        let (rows, columns) = (model.tree.tile(a), model.tree.tile(b));
+        count += upper[b].len(a) * if a == b { 2 } else { 1 };
+        for i in rows.clone() {
+            for (c, s) in upper[b].row(a, i - rows.start) {
+                let j = columns.start + usize::from(c);
+                if a == tile {
+                    dense[(i - own.start) * n + order[j] as usize] = s;
+                }
+                if b == tile {
+                    dense[(j - own.start) * n + order[i] as usize] = s;
                 }
             }
         }
-        let ids = order[own].iter().map(|&p| PatchId(p)).collect();
-        let mut band = Band {
-            ids,
-            starts: vec![0],
-            // One more: room to write what is then left out.
-            columns: Vec::with_capacity(count + 1),
-            weights: Vec::with_capacity(count + 1),
-            accounts: Vec::new(),
-        };
-        let mut rays = Row::default();
-        for (&id, exchange) in band.ids.iter().zip(dense.chunks_exact(n)) {
-            let from = band.columns.len();
-            self.entries(id, exchange, &mut band.columns, &mut band.weights);
-            band.starts.push(band.columns.len());
-            band.accounts.push(self.account(id, sum(&band.weights[from..]), &mut rays));
-        }
-        band
     }
+    let ids = order[own].iter().map(|&p| PatchId(p)).collect();
+    let mut band = Band {
+        ids,
+        starts: vec![0],
+        // One more: room to write what is then left out.
+        columns: Vec::with_capacity(count + 1),
+        weights: Vec::with_capacity(count + 1),
+        accounts: Vec::new(),
+    };
+    let mut rays = Row::default();
+    for (&id, exchange) in band.ids.iter().zip(dense.chunks_exact(n)) {
+        let from = band.columns.len();
+        entries(model, id, exchange, &mut band.columns, &mut band.weights);
+        band.starts.push(band.columns.len());
+        band.accounts.push(accounts.of(id, sum(&band.weights[from..]), &mut rays));
+    }
+    band
 }

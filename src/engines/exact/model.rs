@@ -6,11 +6,11 @@ use rayon::prelude::*;
 
 use super::blockers::Blockers;
 use super::far::{CLOSELY, Columns, exchange_with};
+use super::samples::sobol;
 use super::shaft::BlockerTree;
 use super::tree::{Extent, Tree};
 use super::triangles::Triangles;
 use super::unoccluded::{Polygon, exchange, facing};
-use super::visible::MOST_RAYS;
 use crate::patches::{PatchId, Patches, at_barycentric};
 use crate::scene::{Geometry, Side, TriangleId};
 use crate::visibility::{Bvh, LANES, ROUNDING};
@@ -120,17 +120,24 @@ impl<'a> Model<'a> {
             touching,
             typical: 1.0,
             some_squares: Vec::new(),
-            samples: (0..MOST_RAYS as u32).map(|i| sobol_burley::sample_4d(i, 0, 0)).collect(),
+            samples: sobol(),
             pieces,
             starts,
             areas,
             place,
         };
-        me.columns = Columns::new(&me, error);
-        for p in &me.pieces {
-            let local = |k: usize| (p.polygon.corners()[k] - bvh.center()) / bvh.scale();
-            me.shapes.push([0, 1, 2].map(local), p.polygon.normal);
+        me.columns = Columns::new(error);
+        let scale = bvh.scale();
+        let local = |p: &Piece| {
+            let corner = |k: usize| (p.polygon.corners()[k] - bvh.center()) / scale;
+            ([0, 1, 2].map(corner), p.polygon.normal)
+        };
+        for at in 0..me.len() {
+            let triangles: Vec<_> = me.pieces(at).iter().map(local).collect();
+            me.columns.push(&triangles, me.areas[at] / (scale * scale));
+            triangles.iter().for_each(|t| me.shapes.push(t.0, t.1));
         }
+        me.columns.pad();
         me.shapes.pad();
         me.some_squares = me.find_squares();
         me.typical = me.find_typical();

@@ -14,6 +14,7 @@
 use std::ops::Range;
 
 use super::model::Model;
+use super::samples::square_error;
 use super::triangles::Triangles;
 use crate::engines::sampling::{Random, on_triangle};
 use crate::visibility::{LANES, Lanes, NOTHING, Packet, multiversion};
@@ -24,10 +25,6 @@ const PACKETS: usize = 32;
 /// Of the rays of a pair in doubt, one in so many is traced first. The fewer, the more often it is
 /// overlooked that one of a group is hidden and none of the others, as at the foot of something.
 const PILOT: u32 = 3;
-
-/// Square of the error of all rays of a pair over that of the difference of its two halves: a quarter if
-/// rays were independent; they are stratified.
-pub(super) const TOGETHER: f64 = 0.21;
 
 /// Pairs of a row whose second patches lie together in the hierarchy: they are in doubt together, and
 /// packets hold rays of one such group alone, so that its results do not depend on what else is asked.
@@ -64,11 +61,10 @@ impl Asked {
 
     /// The visible share, and the square of its error if there are rays to tell.
     fn visible(&self) -> (f64, Option<f64>) {
-        let [a, b] = self.all.map(f64::from);
-        let [p, q] = self.clear.map(f64::from);
-        let share = if a + b > 0.0 { (p + q) / (a + b) } else { 1.0 };
-        let halves = (a > 0.0 && b > 0.0).then(|| TOGETHER * (p / a - q / b).powi(2));
-        (share, halves)
+        let (all, clear) = (self.all.map(f64::from), self.clear.map(f64::from));
+        let sum = all[0] + all[1];
+        let share = if sum > 0.0 { (clear[0] + clear[1]) / sum } else { 1.0 };
+        (share, square_error(all, clear))
     }
 
     fn sees(&self) -> bool {

@@ -8,10 +8,11 @@ use std::ops::Range;
 use super::far::{CLOSELY, exchange_with};
 use super::model::Model;
 use super::probes::{Asked, Probes, group_of};
+use super::samples::MOST_RAYS;
 use super::shaft::{Between, Shaft, face_away, relation};
 use super::tree::{Node, TILE};
 use super::unoccluded::{exchange, facing};
-use super::visible::{MOST_RAYS, Pair, Room, Visible};
+use super::visible::{Pair, Room, Visible};
 use crate::visibility::{LANES, Lanes};
 
 /// Spreads the bits of a seed over those of pairs.

@@ -2,6 +2,7 @@
 //! lies between two of them.
 
 use std::f64::consts::PI;
+use std::ops::Range;
 
 use glam::DVec3;
 
@@ -111,6 +112,12 @@ impl Tree {
         }
         me.find_tiles(0);
         me
+    }
+
+    /// The places of the patches of a tile.
+    pub fn tile(&self, tile: usize) -> Range<usize> {
+        let node = &self.nodes[self.tiles[tile] as usize];
+        node.from as usize..node.to as usize
     }
 
     fn find_tiles(&mut self, at: u32) {

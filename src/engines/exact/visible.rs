@@ -17,7 +17,7 @@ use super::blockers::{Blocker, NONE};
 use super::cover::{Drawn, Hidden, MOST, Target, aim, cover};
 use super::model::{Model, Piece};
 use super::points::{Area, point_by_angle};
-use super::probes::TOGETHER;
+use super::samples::{MOST_RAYS, square_error};
 use super::unoccluded::Polygon;
 use crate::engines::sampling::Random;
 use crate::visibility::{LANES, Packet};
@@ -45,7 +45,6 @@ const CLEARER: u32 = 4;
 /// Shadow rays of a pair of the mean factor that is all in doubt, and of any pair.
 const RAYS: f64 = 192.0;
 const LEAST_RAYS: usize = 16;
-pub(super) const MOST_RAYS: usize = 1024;
 
 /// Work on a pair; reused.
 pub(super) struct Room {
@@ -387,7 +386,7 @@ impl Pair<'_> {
         if a + b <= 0.0 {
             return Visible::ALL;
         }
-        let error = if a > 0.0 && b > 0.0 { TOGETHER * (p / a - q / b).powi(2) } else { 1.0 };
+        let error = square_error([a, b], [p, q]).unwrap_or(1.0);
         Visible { share: (p + q) / (a + b), error }
     }
 
