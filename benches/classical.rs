@@ -8,7 +8,7 @@
 use std::time::Instant;
 
 use hemicube::direct;
-use hemicube::engines::{Classical, Engine, Hemicube, HemicubeOptions, assemble};
+use hemicube::engines::{Classical, Engine, Hemicube, HemicubeOptions};
 use hemicube::form_factors::{FormFactors, Row};
 use hemicube::patches::{PatchId, Patches};
 use hemicube::progress::Silent;
@@ -75,7 +75,7 @@ fn eliminate(patch_size: f64) -> Result<(), Box<dyn std::error::Error>> {
         &patches,
         HemicubeOptions { resolution: 64, ..HemicubeOptions::default() },
     )?;
-    assemble(&mut engine, &ids, &mut factors, &Silent)?;
+    engine.make(&ids, &mut factors, &Silent)?;
     let rho = direct::reflectance(&scene.optics, &patches);
     let emission = direct::emission(&scene.optics, &patches);
     let direct = direct::through_rows(&factors, &emission, scene.sky);

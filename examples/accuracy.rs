@@ -13,15 +13,15 @@ use std::error::Error;
 use std::time::Instant;
 
 use hemicube::direct::{self, Apart, ApartOptions, Emitters, MOST_SHADOW, Room};
+use hemicube::engines::EngineOptions;
 use hemicube::engines::rays::MOST_SAMPLES;
 use hemicube::engines::{Rays, RaysOptions};
-use hemicube::form_factors::{FormFactors, Row, RowSink};
+use hemicube::form_factors::{FormFactors, Row, RowBlock, RowSink};
 use hemicube::patches::PatchId;
 use hemicube::progress::Silent;
 use hemicube::report::ErrorReport;
 use hemicube::scene::{Rgb, builtin, luminance};
-use hemicube::solution::{Clustering, EngineOptions, LightOptions, Solution, light};
-use hemicube::solve::{SAMPLED_TOLERANCE, SolveOptions};
+use hemicube::solution::{LightOptions, Solution, light};
 use hemicube::uncertainty::Uncertainty;
 use hemicube::visibility::Bvh;
 
@@ -37,14 +37,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     let lit = |samples, shadow, seed| -> Result<Solution, Box<dyn Error>> {
         let options = LightOptions {
             patch_size: Some(area),
-            cluster: Clustering::Off,
-            adaptive: None,
-            engine: EngineOptions::Rays {
-                rows: RaysOptions { samples, seed },
-                direct: ApartOptions { shadow, seed, ..ApartOptions::default() },
-            },
-            solve: SolveOptions { tolerance: SAMPLED_TOLERANCE, ..SolveOptions::default() },
+            engine: EngineOptions::Rays(RaysOptions { samples, seed }),
+            direct: ApartOptions { shadow, seed, ..ApartOptions::default() },
             memory: 20 << 30,
+            ..LightOptions::default()
         };
         Ok(light(&scene, &options, &Silent)?)
     };
@@ -95,15 +91,15 @@ fn main() -> Result<(), Box<dyn Error>> {
         for (truth, &id) in truth.iter_mut().zip(&chosen) {
             rows.row(id, &mut row);
             let mut factors = FormFactors::new(patches.len(), u64::MAX);
-            factors.take(&[id], std::slice::from_ref(&row))?;
+            factors.take(RowBlock::of(&[id], std::slice::from_ref(&row))?)?;
             let receiver = emitters.patch(patches, id);
             emitters.look(std::slice::from_ref(&receiver), &mut room);
             let direct = emitters.light_patch(&receiver, patches, id, &mut room).irradiance;
             let through = factors.gather_by(id, |j| {
-                let cell = patches.cell(PatchId(j as u32));
+                let cell = patches.cell(j);
                 let side = hemicube::patches::side_index(cell.triangle, cell.side);
                 let own = !emitters.is_apart(&receiver, side);
-                reflected[j] + if own { emission[j] } else { Rgb::ZERO }
+                reflected[j.index()] + if own { emission[j.index()] } else { Rgb::ZERO }
             });
             *truth += luminance(direct + through) / 4.0;
         }

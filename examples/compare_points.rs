@@ -9,12 +9,12 @@ use std::error::Error;
 use std::path::Path;
 
 use glam::{DVec2, DVec3};
+use hemicube::engines::EngineOptions;
 use hemicube::engines::HemicubeOptions;
 use hemicube::patches::SurfacePoint;
 use hemicube::progress::Silent;
 use hemicube::scene::{Geometry, ImportOptions, Side, load, luminance};
-use hemicube::solution::{Clustering, EngineOptions, LightOptions, light};
-use hemicube::solve::SolveOptions;
+use hemicube::solution::{LightOptions, light};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let args: Vec<String> = std::env::args().skip(1).collect();
@@ -26,14 +26,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     let resolution = rest.get(1).map_or(Ok(128), |r| r.parse())?;
     let options = LightOptions {
         patch_size,
-        cluster: Clustering::Off,
-        adaptive: None,
         engine: EngineOptions::Hemicube(HemicubeOptions {
             resolution,
             ..HemicubeOptions::default()
         }),
-        solve: SolveOptions::default(),
-        memory: 8 << 30,
+        ..LightOptions::default()
     };
     let solution = light(&scene, &options, &Silent)?;
     let field = solution.field(&scene);

@@ -19,7 +19,7 @@ use std::time::Instant;
 
 use glam::{DMat3, DVec3};
 use hemicube::engines::{Engine, Exact, ExactOptions, Rays, RaysOptions};
-use hemicube::form_factors::Row;
+use hemicube::form_factors::{FormFactors, Row};
 use hemicube::patches::{PatchId, Patches};
 use hemicube::progress::Silent;
 use hemicube::scene::{Geometry, Material, SceneBuilder, Sides, Surface, builtin};
@@ -74,8 +74,10 @@ fn measure(
 ) -> Result<(f64, f64), Box<dyn Error>> {
     let bvh = Bvh::new(geometry);
     let (start, user) = (Instant::now(), user_seconds());
-    let engine = Exact::new(geometry, patches, &bvh, ExactOptions { error, seed: 0 });
-    let factors = engine.matrix(16 << 30, &Silent)?;
+    let mut engine = Exact::new(geometry, patches, &bvh, ExactOptions { error, seed: 0 });
+    let ids: Vec<PatchId> = patches.ids().collect();
+    let mut factors = FormFactors::new(patches.len(), 16 << 30);
+    engine.make(&ids, &mut factors, &Silent)?;
     let (seconds, user) = (start.elapsed().as_secs_f64(), user_seconds() - user);
     let ids: Vec<PatchId> = patches.ids().step_by(patches.len().div_ceil(ROWS)).collect();
     let mut fine = vec![Row::default(); ids.len()];

@@ -9,8 +9,8 @@
 use std::error::Error;
 use std::time::Instant;
 
-use hemicube::engines::{Draw, Gpu, HemicubeGpu, HemicubeOptions, assemble};
-use hemicube::form_factors::{Row, RowSink, SinkError};
+use hemicube::engines::{Draw, Engine, Gpu, HemicubeGpu, HemicubeOptions};
+use hemicube::form_factors::{RowBlock, RowSink, SinkError};
 use hemicube::patches::{PatchId, Patches};
 use hemicube::progress::Silent;
 use hemicube::scene::builtin;
@@ -20,8 +20,8 @@ use hemicube::scene::builtin;
 struct Count(u64);
 
 impl RowSink for Count {
-    fn take(&mut self, _ids: &[PatchId], rows: &[Row]) -> Result<(), SinkError> {
-        self.0 += rows.iter().map(|r| r.columns.len() as u64).sum::<u64>();
+    fn take(&mut self, block: RowBlock) -> Result<(), SinkError> {
+        self.0 += block.entries() as u64;
         Ok(())
     }
 }
@@ -50,7 +50,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let ids: Vec<PatchId> = patches.ids().collect();
     let start = Instant::now();
     let mut count = Count::default();
-    assemble(&mut engine, &ids, &mut count, &Silent)?;
+    engine.make(&ids, &mut count, &Silent)?;
     let seconds = start.elapsed().as_secs_f64();
     println!(
         "{} rows in {seconds:.3} s: {:.0} rows/s, {:.0} entries a row",

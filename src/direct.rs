@@ -141,7 +141,7 @@ fn among(
         let next: Vec<Rgb> = ids
             .par_iter()
             .zip(direct)
-            .map(|(&i, d)| d.irradiance + factors.gather_by(i, |j| rho[j] * h[j]))
+            .map(|(&i, d)| d.irradiance + factors.gather_by(i, |j| rho[j.index()] * h[j.index()]))
             .collect();
         for (&i, next) in ids.iter().zip(next) {
             h[i.index()] = next;
@@ -196,7 +196,8 @@ impl Apartness<'_> {
     /// What each half of a row adds: the light of emitters that are not set apart, less what those that
     /// are were thought to reflect.
     fn through(&self, emitters: &Emitters<'_>, receiver: &Receiver, id: PatchId) -> [Rgb; 2] {
-        let left = |j: usize| {
+        let left = |j: PatchId| {
+            let j = j.index();
             if !self.emits[j] {
                 Rgb::ZERO
             } else if emitters.is_apart(receiver, self.side(j)) {

@@ -8,21 +8,23 @@ pub mod classical;
 pub mod delta;
 mod engine;
 pub mod exact;
+mod forecast;
 pub mod hemicube;
 #[cfg(feature = "gpu")]
 pub mod hemicube_gpu;
 mod lookup;
+mod options;
 pub mod rays;
 pub(crate) mod sampling;
-mod shares;
 mod waves;
 
 pub use classical::Classical;
-pub use engine::{AssembleError, Engine, EngineError, ROWS_AT_ONCE, assemble};
+pub use engine::{AssembleError, Engine, EngineError, PairsReport, ROWS_AT_ONCE};
 pub use exact::{Exact, ExactOptions};
+pub use forecast::SampleOfRows;
 pub use hemicube::{Draw, Hemicube, HemicubeError, HemicubeOptions};
 #[cfg(feature = "gpu")]
 pub use hemicube_gpu::{AdapterReport, Gpu, GpuError, GpuSeconds, HemicubeGpu};
+pub use options::{EngineOptions, EngineReport};
 pub use rays::{Rays, RaysOptions};
-pub use shares::{assemble_shares, assemble_whole};
 pub use waves::assemble_lit;

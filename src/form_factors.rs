@@ -8,16 +8,28 @@
 //! Σ_j F_ij + environment + back + lost = 1
 //! ```
 
+mod account;
+mod block;
 pub mod closure;
+mod edit;
 pub mod kernel;
+mod merger;
+mod products;
 mod rows;
+mod sink;
 mod stored;
 pub(crate) mod tally;
+mod tallied;
 mod threshold;
 
+pub use account::{Account, RowsReport};
+pub use block::{BLOCK, RowBlock, RowView, entry_bytes};
 pub use closure::{Closure, ClosureError, close};
+pub use merger::Merger;
+pub use products::Values;
 pub(crate) use rows::sum;
-pub use rows::{BLOCK, ONE, Row, RowSink, SinkError, Weights};
-pub(crate) use stored::Band;
-pub use stored::{FormFactors, Merger, RowAccount, StoredRow, Values, entry_bytes};
+pub use rows::{ONE, Row, RowAccount, Weights};
+pub use sink::{RowSink, SinkError};
+pub use stored::FormFactors;
+pub use tallied::Tallied;
 pub use threshold::drop_below;

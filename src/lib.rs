@@ -9,6 +9,7 @@
 //!
 //! The modules come in the order light travels; each uses only those above it.
 
+pub mod units;
 pub mod progress;
 pub mod scene;
 pub mod patches;

@@ -1,7 +1,11 @@
 //! What happened: one tree, from the scene to the picture.
 
+use std::time::Instant;
+
 use serde::Serialize;
 
+use crate::engines::EngineReport;
+use crate::form_factors::RowsReport;
 use crate::solve::{EnergyBalance, SolveReport};
 
 /// Everything worth knowing about one run; serialises to `--report out.json`.
@@ -48,47 +52,6 @@ pub struct ErrorReport {
     pub half: f64,
 }
 
-/// Which engine made the form factors.
-#[derive(Debug, Clone, Serialize)]
-pub struct EngineReport {
-    /// Its name.
-    pub name: &'static str,
-    /// The graphics device, if one made them; says so when it is one in software.
-    pub device: Option<String>,
-    /// Pixels along a hemicube's top.
-    pub resolution: Option<usize>,
-    /// What was projected.
-    pub draw: Option<&'static str>,
-    /// Rays a row.
-    pub samples: Option<usize>,
-    /// RMS error of form factors aimed at, as a share of their RMS.
-    pub error: Option<f64>,
-}
-
-/// Account of all rows.
-#[derive(Debug, Clone, Copy, Serialize)]
-pub struct RowsReport {
-    /// Rows made; patches that no light can reach have none.
-    pub rows: usize,
-    /// Form factors stored.
-    pub entries: u64,
-    /// Bytes that they take.
-    pub bytes: u64,
-    /// Area-weighted mean share of entries.
-    pub entries_share: f64,
-    /// Area-weighted mean share that escapes.
-    pub environment: f64,
-    /// Area-weighted mean share that ends on backs which do not reflect.
-    pub back: f64,
-    /// Area-weighted mean share lost numerically.
-    pub lost: f64,
-    /// Patches most of whose view is the back of something: covered.
-    pub covered: usize,
-    /// RMS of `A_i F_ij - A_j F_ji` over RMS of `A_i F_ij`, over a sample of rows; `None` where rows are
-    /// themselves samples.
-    pub reciprocity_rms: Option<f64>,
-}
-
 /// One stage of the work.
 #[derive(Debug, Clone, Serialize)]
 pub struct Stage {
@@ -96,4 +59,21 @@ pub struct Stage {
     pub name: &'static str,
     /// Wall-clock seconds.
     pub seconds: f64,
+}
+
+/// Seconds of one stage after the other.
+pub(crate) struct Clock {
+    last: Instant,
+    pub(crate) stages: Vec<Stage>,
+}
+
+impl Clock {
+    pub(crate) fn start() -> Self {
+        Self { last: Instant::now(), stages: Vec::new() }
+    }
+
+    pub(crate) fn lap(&mut self, name: &'static str) {
+        self.stages.push(Stage { name, seconds: self.last.elapsed().as_secs_f64() });
+        self.last = Instant::now();
+    }
 }

@@ -178,7 +178,7 @@ fn relative(a: &[Rgb], b: &[Rgb], scale: &[Rgb]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::form_factors::{Row, RowSink, Weights};
+    use crate::form_factors::{Row, RowBlock, RowSink, Weights};
     use crate::progress::Silent;
 
     const ALL: [Method; 4] =
@@ -189,12 +189,12 @@ mod tests {
         let one = f64::from(u32::MAX);
         let mut f = FormFactors::new(3, 1 << 20);
         let row = |entries: &[(u32, f64)]| Row {
-            columns: entries.iter().map(|e| e.0).collect(),
+            columns: entries.iter().map(|e| PatchId(e.0)).collect(),
             weights: Weights::Fixed(entries.iter().map(|e| (e.1 * one) as u32).collect()),
             ..Row::default()
         };
         let rows = [row(&[(1, 0.5), (2, 0.5)]), row(&[(0, 0.25), (2, 0.6)]), row(&[(0, 0.9)])];
-        f.take(&[PatchId(0), PatchId(1), PatchId(2)], &rows).unwrap();
+        f.take(RowBlock::of(&[0, 1, 2].map(PatchId), &rows).unwrap()).unwrap();
         f
     }
 
@@ -273,12 +273,12 @@ mod tests {
     fn patches_without_a_row_keep_their_direct_light_and_reflect_it() {
         let mut f = FormFactors::new(3, 1 << 20);
         let row = |columns: &[u32], weights: &[f32]| Row {
-            columns: columns.to_vec(),
+            columns: columns.iter().map(|&j| PatchId(j)).collect(),
             weights: Weights::Each(weights.to_vec()),
             ..Row::default()
         };
-        f.take(&[PatchId(2), PatchId(0)], &[row(&[0, 1], &[0.5, 0.25]), row(&[2], &[0.5])])
-            .unwrap();
+        let rows = [row(&[0, 1], &[0.5, 0.25]), row(&[2], &[0.5])];
+        f.take(RowBlock::of(&[2, 0].map(PatchId), &rows).unwrap()).unwrap();
         let direct = [Rgb::splat(1.0), Rgb::splat(4.0), Rgb::ZERO];
         let rho = [Rgb::splat(0.5); 3];
         let system = System { factors: &f, rho: &rho, direct: &direct, areas: &[1.0; 3] };
@@ -309,7 +309,8 @@ mod tests {
 
         let mut closed = FormFactors::new(2, 1 << 20);
         let all = |j| Row { columns: vec![j], weights: Weights::Each(vec![1.0]), ..Row::default() };
-        closed.take(&[PatchId(0), PatchId(1)], &[all(1), all(0)]).unwrap();
+        let rows = [all(PatchId(1)), all(PatchId(0))];
+        closed.take(RowBlock::of(&[0, 1].map(PatchId), &rows).unwrap()).unwrap();
         let system = System {
             factors: &closed,
             rho: &[Rgb::ONE; 2],

@@ -4,6 +4,7 @@
 
 use glam::{DVec2, DVec3};
 use hemicube::direct::{from_lamps, reflectance};
+use hemicube::engines::EngineOptions;
 use hemicube::engines::{Draw, Engine, EngineError, Hemicube, HemicubeOptions};
 use hemicube::form_factors::Row;
 use hemicube::patches::{MAX_ANGLE, MAX_DIAMETER, PatchId, Patches, SurfacePoint};
@@ -14,8 +15,7 @@ use hemicube::scene::builtin::Mesh;
 use hemicube::scene::{
     Geometry, Lamp, Material, Part, Rgb, Scene, SceneBuilder, Side, Sides, Surface, TriangleId,
 };
-use hemicube::solution::{Adaptive, Clustering, EngineOptions, LightError, LightOptions, light};
-use hemicube::solve::SolveOptions;
+use hemicube::solution::{Adaptive, Clustering, LightError, LightOptions, light};
 use hemicube::visibility::Bvh;
 
 /// Meshes without shared vertices, each a surface of its own.
@@ -239,10 +239,8 @@ fn a_glowing_closed_room_of_clusters_has_the_exact_answer() {
     let mut options = LightOptions {
         patch_size: Some(0.1),
         cluster: Clustering::On,
-        adaptive: None,
         engine: EngineOptions::Hemicube(HemicubeOptions { resolution: 64, draw: Draw::Sources }),
-        solve: SolveOptions::default(),
-        memory: 1 << 30,
+        ..LightOptions::default()
     };
     let solution = light(&scene, &options, &Silent).unwrap();
     assert!(solution.report.clusters > 100);
@@ -302,13 +300,11 @@ fn a_wall_across_clusters_leaves_the_dark_room_dark() {
         let options = LightOptions {
             patch_size: Some(0.03),
             cluster: Clustering::On,
-            adaptive: None,
             engine: EngineOptions::Hemicube(HemicubeOptions {
                 resolution: 64,
                 draw: Draw::Sources,
             }),
-            solve: SolveOptions::default(),
-            memory: 1 << 30,
+            ..LightOptions::default()
         };
         let solution = light(&scene, &options, &Silent).unwrap();
         assert!(solution.report.clusters > 100);

@@ -3,12 +3,12 @@
 #![allow(clippy::unwrap_used, reason = "a test")]
 
 use glam::{DVec2, DVec3, dvec3};
+use hemicube::engines::EngineOptions;
 use hemicube::engines::{Draw, HemicubeOptions};
 use hemicube::patches::SurfacePoint;
 use hemicube::progress::Silent;
 use hemicube::scene::{Material, Rgb, Scene, SceneBuilder, Side, Sides, Surface};
-use hemicube::solution::{Clustering, EngineOptions, LightOptions, light};
-use hemicube::solve::SolveOptions;
+use hemicube::solution::{LightOptions, light};
 
 /// Where the wall stands: on no outline of any patch.
 const WALL: f64 = 1.13;
@@ -48,11 +48,8 @@ fn a_wall_across_patches_leaves_the_dark_room_at_exactly_zero() {
     for (draw, size) in [(Draw::Sources, 0.02), (Draw::Sources, 0.1), (Draw::Patches, 0.1)] {
         let options = LightOptions {
             patch_size: Some(size),
-            cluster: Clustering::Off,
-            adaptive: None,
             engine: EngineOptions::Hemicube(HemicubeOptions { resolution: 64, draw }),
-            solve: SolveOptions::default(),
-            memory: 1 << 30,
+            ..LightOptions::default()
         };
         let solution = light(&scene, &options, &Silent).unwrap();
         let field = solution.field(&scene);

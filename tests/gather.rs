@@ -6,14 +6,14 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use glam::DVec3;
 use hemicube::direct::ApartOptions;
+use hemicube::engines::EngineOptions;
 use hemicube::engines::RaysOptions;
 use hemicube::gather::{Estimate, GatherOptions, Gatherer, Place, Probe};
 use hemicube::progress::Silent;
 use hemicube::scene::{
     Lamp, Material, Rgb, Scene, SceneBuilder, Sides, Surface, builtin, luminance,
 };
-use hemicube::solution::{Clustering, EngineOptions, LightOptions, light};
-use hemicube::solve::SolveOptions;
+use hemicube::solution::{LightOptions, light};
 use hemicube::visibility::Bvh;
 
 /// A rectangle by a corner and two edges, and what it reflects and emits; its front is `u` x `v`.
@@ -47,14 +47,9 @@ fn measure(
 ) -> Vec<Estimate> {
     let options = LightOptions {
         patch_size: Some(0.1),
-        cluster: Clustering::Off,
-        adaptive: None,
-        engine: EngineOptions::Rays {
-            rows: RaysOptions { samples, seed },
-            direct: ApartOptions { seed, ..ApartOptions::default() },
-        },
-        solve: SolveOptions::default(),
-        memory: 1 << 30,
+        engine: EngineOptions::Rays(RaysOptions { samples, seed }),
+        direct: ApartOptions { seed, ..ApartOptions::default() },
+        ..LightOptions::default()
     };
     let solution = light(scene, &options, &Silent).unwrap();
     let field = solution.field(scene);

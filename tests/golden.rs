@@ -9,13 +9,13 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
+use hemicube::engines::EngineOptions;
 use hemicube::engines::HemicubeOptions;
 use hemicube::export::write_png;
 use hemicube::progress::Silent;
 use hemicube::render::{PictureOptions, Renderer};
 use hemicube::scene::{Camera, ImportOptions, Scene, builtin, load};
-use hemicube::solution::{Clustering, EngineOptions, LightOptions, light};
-use hemicube::solve::SolveOptions;
+use hemicube::solution::{LightOptions, light};
 use hemicube::tone::{KEY, Tone};
 
 /// Largest mean absolute difference of a channel, of 255: the last bit may differ between kinds of
@@ -39,14 +39,11 @@ struct View {
 fn paint(scene: &Scene, view: View, to: &Path) {
     let options = LightOptions {
         patch_size: Some(view.patch_size),
-        cluster: Clustering::Off,
-        adaptive: None,
         engine: EngineOptions::Hemicube(HemicubeOptions {
             resolution: 64,
             ..HemicubeOptions::default()
         }),
-        solve: SolveOptions::default(),
-        memory: 1 << 30,
+        ..LightOptions::default()
     };
     let solution = light(scene, &options, &Silent).unwrap();
     let field = solution.field(scene);

@@ -269,7 +269,7 @@ fn same_items_same_rows(gpu: &Gpu, g: &Geometry, p: &Patches, o: HemicubeOptions
         let row = fill(&mut engine, &[id]).remove(0);
         let mut made = vec![0; p.len() + 2];
         for (&j, &w) in row.columns.iter().zip(fixed(&row)) {
-            made[j as usize] = w;
+            made[j.index()] = w;
         }
         let share = |x: f64| (x * f64::from(ONE)).round() as u32;
         made[p.len()] = share(row.environment);

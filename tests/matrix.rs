@@ -2,12 +2,12 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
+use hemicube::engines::EngineOptions;
 use hemicube::engines::RaysOptions;
 use hemicube::export::{read_npz, write_npz};
 use hemicube::matrix::{MatrixOptions, Rows, make};
 use hemicube::progress::Silent;
 use hemicube::scene::{Rgb, builtin};
-use hemicube::solution::EngineOptions;
 use hemicube::solve::{Method, SolveOptions, System, solve};
 
 const REFLECTANCE: f64 = 0.7;
@@ -18,7 +18,7 @@ fn solvers_conserve_energy_by_a_closed_matrix_read_back() {
     let rows = RaysOptions { samples: 256, ..RaysOptions::default() };
     let options = MatrixOptions {
         patch_size: Some(0.02),
-        engine: EngineOptions::Rays { rows, direct: Default::default() },
+        engine: EngineOptions::Rays(rows),
         enclosure: true,
         threshold: 0.0,
         memory: 1 << 30,

@@ -9,14 +9,13 @@ use std::f64::consts::PI;
 
 use common::paths::irradiance;
 use glam::{DVec2, DVec3, dvec3};
-use hemicube::direct::ApartOptions;
+use hemicube::engines::EngineOptions;
 use hemicube::engines::{HemicubeOptions, RaysOptions};
 use hemicube::patches::SurfacePoint;
 use hemicube::progress::Silent;
 use hemicube::scene::builtin::{self, FURNACE_REFLECTANCE};
 use hemicube::scene::{Rgb, Scene, Side};
-use hemicube::solution::{Clustering, EngineOptions, LightOptions, light};
-use hemicube::solve::SolveOptions;
+use hemicube::solution::{LightOptions, light};
 use hemicube::visibility::Bvh;
 
 /// In the furnace every point has H = E / (1 - ρ): the mean must be that within four standard
@@ -68,19 +67,10 @@ fn compare(scene: &Scene, patch_sizes: [f64; 2], points: &[DVec3], paths: u32, t
         })
         .collect();
     let rows = RaysOptions { samples: 1024, seed: 0 };
-    let engines = [
-        EngineOptions::Hemicube(HemicubeOptions::default()),
-        EngineOptions::Rays { rows, direct: ApartOptions::default() },
-    ];
+    let engines = [EngineOptions::Hemicube(HemicubeOptions::default()), EngineOptions::Rays(rows)];
     for (engine, patch_size) in engines.into_iter().zip(patch_sizes) {
-        let options = LightOptions {
-            patch_size: Some(patch_size),
-            cluster: Clustering::Off,
-            adaptive: None,
-            engine,
-            solve: SolveOptions::default(),
-            memory: 4 << 30,
-        };
+        let options =
+            LightOptions { patch_size: Some(patch_size), engine, ..LightOptions::default() };
         let solution = light(scene, &options, &Silent).unwrap();
         let field = solution.field(scene);
         for &(place, point, (exact, error)) in &truth {

@@ -13,14 +13,13 @@
 use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3, Vec2Swizzles as _};
-use hemicube::direct::ApartOptions;
+use hemicube::engines::EngineOptions;
 use hemicube::engines::{Draw, HemicubeOptions, RaysOptions};
 use hemicube::patches::{Patches, SurfacePoint};
 use hemicube::progress::Silent;
 use hemicube::scene::builtin::closed_room;
 use hemicube::scene::{Lamp, Photometry, Rgb, Scene, Side, ies};
-use hemicube::solution::{Clustering, EngineOptions, LightOptions, Solution, light};
-use hemicube::solve::SolveOptions;
+use hemicube::solution::{LightOptions, Solution, light};
 
 /// A closed cube of edge `size` (m) and reflectance `rho`, with a lamp of `candela` in the centre.
 fn cube(size: f64, rho: f64, candela: f64) -> Scene {
@@ -38,19 +37,12 @@ fn engines() -> [EngineOptions; 2] {
     let rows = RaysOptions { samples: 1024, seed: 0 };
     [
         EngineOptions::Hemicube(HemicubeOptions { resolution: 64, draw: Draw::Sources }),
-        EngineOptions::Rays { rows, direct: ApartOptions::default() },
+        EngineOptions::Rays(rows),
     ]
 }
 
 fn solve(scene: &Scene, patch_size: f64, engine: EngineOptions) -> Solution {
-    let options = LightOptions {
-        patch_size: Some(patch_size),
-        cluster: Clustering::Off,
-        adaptive: None,
-        engine,
-        solve: SolveOptions::default(),
-        memory: 1 << 30,
-    };
+    let options = LightOptions { patch_size: Some(patch_size), engine, ..LightOptions::default() };
     light(scene, &options, &Silent).unwrap()
 }
 

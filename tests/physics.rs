@@ -11,9 +11,7 @@ use std::f64::consts::PI;
 
 use glam::{DVec3, dvec3};
 use hemicube::direct;
-use hemicube::engines::{
-    Classical, Draw, Engine, Hemicube, HemicubeOptions, Rays, RaysOptions, assemble,
-};
+use hemicube::engines::{Classical, Draw, Engine, Hemicube, HemicubeOptions, Rays, RaysOptions};
 use hemicube::form_factors::kernel::point_to_polygon;
 use hemicube::form_factors::{FormFactors, Row};
 use hemicube::patches::{PatchId, Patches};
@@ -82,7 +80,7 @@ impl Case {
         let patches = Patches::uniform(g, patch_size).unwrap();
         let ids: Vec<PatchId> = patches.ids().collect();
         let mut factors = FormFactors::new(ids.len(), 1 << 30);
-        assemble(engine(kind, g, &patches).as_mut(), &ids, &mut factors, &Silent).unwrap();
+        engine(kind, g, &patches).make(&ids, &mut factors, &Silent).unwrap();
         let emission = direct::emission(&scene.optics, &patches);
         let rho = direct::reflectance(&scene.optics, &patches);
         let direct = direct::through_rows(&factors, &emission, scene.sky);

@@ -5,14 +5,14 @@
 
 use glam::{DVec3, dvec3};
 use hemicube::direct::{Apart, ApartOptions};
+use hemicube::engines::EngineOptions;
 use hemicube::engines::{Engine, Rays, RaysOptions};
 use hemicube::form_factors::Row;
 use hemicube::patches::{PatchId, Patches};
 use hemicube::progress::Silent;
 use hemicube::scene::builtin::{self, Mesh};
 use hemicube::scene::{Material, Rgb, Scene, SceneBuilder, Sides, Surface};
-use hemicube::solution::{Clustering, EngineOptions, LightOptions, Solution, light};
-use hemicube::solve::SolveOptions;
+use hemicube::solution::{LightOptions, Solution, light};
 use hemicube::visibility::Bvh;
 
 /// Meshes with their radiance and reflectance.
@@ -33,11 +33,9 @@ fn scene_of(meshes: &[(Mesh, f64, f64)]) -> Scene {
 fn lit(scene: &Scene, size: f64, rows: RaysOptions, direct: ApartOptions) -> Solution {
     let options = LightOptions {
         patch_size: Some(size),
-        cluster: Clustering::Off,
-        adaptive: None,
-        engine: EngineOptions::Rays { rows, direct },
-        solve: SolveOptions::default(),
-        memory: 8 << 30,
+        engine: EngineOptions::Rays(rows),
+        direct,
+        ..LightOptions::default()
     };
     light(scene, &options, &Silent).unwrap()
 }

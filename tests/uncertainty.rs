@@ -5,27 +5,22 @@
 
 use glam::DVec2;
 use hemicube::direct::ApartOptions;
+use hemicube::engines::EngineOptions;
 use hemicube::engines::{HemicubeOptions, RaysOptions};
 use hemicube::gather::{Estimate, GatherOptions, Gatherer, Place, Probe};
 use hemicube::patches::{PatchId, SurfacePoint};
 use hemicube::progress::Silent;
 use hemicube::scene::{Rgb, Scene, builtin, luminance};
-use hemicube::solution::{Clustering, EngineOptions, LightOptions, Solution, light};
-use hemicube::solve::SolveOptions;
+use hemicube::solution::{LightOptions, Solution, light};
 use hemicube::uncertainty::{Uncertainty, light_within};
 use hemicube::visibility::Bvh;
 
 fn options(patch_size: f64, samples: usize, seed: u32) -> LightOptions {
     LightOptions {
         patch_size: Some(patch_size),
-        cluster: Clustering::Off,
-        adaptive: None,
-        engine: EngineOptions::Rays {
-            rows: RaysOptions { samples, seed },
-            direct: ApartOptions { seed, ..ApartOptions::default() },
-        },
-        solve: SolveOptions::default(),
-        memory: 8 << 30,
+        engine: EngineOptions::Rays(RaysOptions { samples, seed }),
+        direct: ApartOptions { seed, ..ApartOptions::default() },
+        ..LightOptions::default()
     }
 }
 

@@ -6,10 +6,12 @@ use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use hemicube::engines::EngineError;
 use hemicube::export::{
     ExportError, write_csv, write_csv_file, write_mtx, write_npy, write_npz, write_surfaces,
     write_whole,
 };
+use hemicube::form_factors::SinkError;
 use hemicube::matrix::{
     Lumped, Matrix, MatrixError, MatrixOptions, MatrixReport, NamedRow, Origin, Rows, make_where,
 };
@@ -21,6 +23,7 @@ use crate::args::{EngineArg, FaceSides, Factors};
 use crate::failure::Failure;
 use crate::input;
 use crate::machine;
+use crate::remedy;
 use crate::render::{engine_of, ensure_folder, set_threads};
 use crate::terminal::{Bar, catch_interrupts, print, say};
 
@@ -50,8 +53,8 @@ pub fn run(args: &Factors) -> Result<(), Failure> {
         memory: args.memory.unwrap_or_else(machine::available_memory),
     };
     let bar = Bar::new(args.quiet);
-    let mut shelf = |forecast: &_| room::shelf(args, format, forecast);
-    let mut matrix = make_where(&scene.geometry, &options, &mut shelf, &bar)
+    let mut store = |forecast: &_| room::store(args, format, forecast);
+    let mut matrix = make_where(&scene.geometry, &options, &mut store, &bar)
         .map_err(|e| failure_of(&args.model.scene, e))?;
     matrix.report.scene.clone_from(&scene.name);
     let start = Instant::now();
@@ -162,13 +165,16 @@ fn export_failure(error: ExportError) -> Failure {
 }
 
 fn failure_of(scene: &str, error: MatrixError) -> Failure {
-    Failure::of(error, |error| match error {
-        MatrixError::Assemble(e) => Failure::failed(e),
-        MatrixError::Shelf(e) => Failure::failed(e),
-        MatrixError::Engine(_) | MatrixError::NoAccount | MatrixError::Unwanted(_) => {
-            Failure::input(error)
+    Failure::of(error, |error| {
+        let text = format!("{error}{}", remedy::of_matrix(&error));
+        match error {
+            MatrixError::Engine(EngineError::Device(_)) => Failure::Failed(text),
+            MatrixError::Sink(SinkError::Store(_)) => Failure::Failed(text),
+            MatrixError::Engine(_) | MatrixError::NoAccount | MatrixError::Unwanted(_) => {
+                Failure::Input(text)
+            }
+            _ => Failure::Input(format!("{scene}: {text}")),
         }
-        e => Failure::Input(format!("{scene}: {e}")),
     })
 }
 

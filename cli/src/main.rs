@@ -9,6 +9,7 @@ mod machine;
 mod paper;
 mod points;
 mod probe;
+mod remedy;
 mod render;
 mod scenes;
 mod terminal;

@@ -5,7 +5,9 @@ use std::time::Instant;
 
 use clap::ValueEnum;
 use hemicube::direct::ApartOptions;
-use hemicube::engines::{Draw, EngineError, ExactOptions, HemicubeOptions, RaysOptions};
+use hemicube::engines::{
+    Draw, EngineError, EngineOptions, ExactOptions, HemicubeOptions, RaysOptions,
+};
 use hemicube::export::{can_write, folder_of, read_npz, write_png, write_whole};
 use hemicube::form_factors::FormFactors;
 use hemicube::patches::Patches;
@@ -15,9 +17,9 @@ use hemicube::render::{PictureOptions, RenderError, Renderer, check};
 use hemicube::report::{Report, Stage};
 use hemicube::scene::Scene;
 use hemicube::solution::{
-    Adaptive, Clustering, EngineOptions, LightError, LightOptions, Solution, light, light_by,
+    Adaptive, Clustering, LightError, LightOptions, Solution, light, light_by,
 };
-use hemicube::solve::{Method, SAMPLED_TOLERANCE, SolveOptions};
+use hemicube::solve::Method;
 use hemicube::tone::{KEY, Tone};
 use hemicube::uncertainty::{Uncertainty, light_within};
 
@@ -27,6 +29,7 @@ use crate::args::{
 use crate::failure::Failure;
 use crate::input;
 use crate::machine;
+use crate::remedy;
 use crate::terminal::{Bar, catch_interrupts, print, say};
 
 /// Runs the command.
@@ -121,6 +124,7 @@ pub fn ensure_folder(path: &Path) -> Result<(), Failure> {
 pub fn lit(scene: &Scene, args: &Light, bar: &Bar) -> Result<Solution, Failure> {
     let memory = args.memory.unwrap_or_else(machine::available_memory);
     let sampled = args.engine() == EngineArg::Rays && args.factors.is_none();
+    let seed = args.seed.unwrap_or_default();
     let options = LightOptions {
         patch_size: args.patch_size,
         cluster: match args.cluster {
@@ -133,20 +137,14 @@ pub fn lit(scene: &Scene, args: &Light, bar: &Bar) -> Result<Solution, Failure> 
             .zip(args.min_patch)
             .map(|(max_factor, min_area)| Adaptive { max_factor, min_area }),
         engine: engine_of(args)?,
-        solve: SolveOptions {
-            method: match args.solver {
-                SolverChoice::GaussSeidel => Method::GaussSeidel,
-                SolverChoice::Jacobi => Method::Jacobi,
-                SolverChoice::Shooting => Method::Shooting,
-                SolverChoice::Direct => Method::Direct,
-            },
-            memory,
-            tolerance: match sampled {
-                true => SAMPLED_TOLERANCE,
-                false => SolveOptions::default().tolerance,
-            },
-            ..SolveOptions::default()
+        direct: ApartOptions { seed, ..ApartOptions::default() },
+        method: match args.solver {
+            SolverChoice::GaussSeidel => Method::GaussSeidel,
+            SolverChoice::Jacobi => Method::Jacobi,
+            SolverChoice::Shooting => Method::Shooting,
+            SolverChoice::Direct => Method::Direct,
         },
+        tolerance: None,
         memory,
     };
     let solution = match &args.factors {
@@ -160,14 +158,16 @@ pub fn lit(scene: &Scene, args: &Light, bar: &Bar) -> Result<Solution, Failure> 
         },
     };
     let solution = solution.map_err(|e| {
-        Failure::of(e, |e| match e {
-            LightError::Patches(_)
-            | LightError::NoSky
-            | LightError::Refine(RefineError::Tolerance(_) | RefineError::Clusters)
-            | LightError::Engine(EngineError::Clusters(_))
-            | LightError::Hemicube(_)
-            | LightError::Memory { .. } => Failure::input(e),
-            e => Failure::failed(e),
+        Failure::of(e, |e| {
+            let text = format!("{e}{}", remedy::of_light(&e));
+            match e {
+                LightError::Patches(_)
+                | LightError::NoSky
+                | LightError::Refine(RefineError::Tolerance(_) | RefineError::Clusters)
+                | LightError::Engine(EngineError::Clusters(_) | EngineError::Hemicube(_))
+                | LightError::Memory { .. } => Failure::Input(text),
+                _ => Failure::Failed(text),
+            }
         })
     })?;
     bar.finish();
@@ -227,7 +227,7 @@ fn stored(
     }
     let read = read_npz(path, memory).map_err(Failure::input)?;
     read.restore(&scene.geometry, memory)
-        .map_err(|e| Failure::Input(format!("{}: {e}", path.display())))
+        .map_err(|e| Failure::Input(format!("{}: {e}{}", path.display(), remedy::of_stored(&e))))
 }
 
 /// The engine asked for; a flag that it does not use is an error.
@@ -271,10 +271,7 @@ pub fn engine_of(args: &Light) -> Result<EngineOptions, Failure> {
         EngineArg::Rays => {
             let seed = args.seed.unwrap_or_default();
             let samples = args.samples.unwrap_or(RaysOptions::default().samples);
-            return Ok(EngineOptions::Rays {
-                rows: RaysOptions { samples, seed },
-                direct: ApartOptions { seed, ..ApartOptions::default() },
-            });
+            return Ok(EngineOptions::Rays(RaysOptions { samples, seed }));
         }
         EngineArg::Hemicube => {}
     }
@@ -298,7 +295,11 @@ fn gpu_hemicube(options: HemicubeOptions) -> Result<EngineOptions, Failure> {
 
 #[cfg(not(feature = "gpu"))]
 fn gpu_hemicube(_: HemicubeOptions) -> Result<EngineOptions, Failure> {
-    Err(Failure::input("this program was built without --features gpu; use --device cpu"))
+    Err(Failure::input(
+        "this program was built without its GPU engine; build it with `cargo install --path cli \
+         --features gpu` (or run it by `cargo run --release --features gpu -- ...`), or use \
+         --device cpu",
+    ))
 }
 
 /// Says how long each stage took and where the light went.

@@ -167,7 +167,7 @@ impl Classical {
             let to = &self.patches[j as usize];
             let factor = point_to_polygon(from.centre, from.normal, &to.corners) as f32;
             if factor > 0.0 {
-                row.columns.push(j);
+                row.columns.push(PatchId(j));
                 weights.push(factor);
             }
         }
@@ -188,6 +188,10 @@ fn is_set(bits: &[u64], i: u32) -> bool {
 impl Engine for Classical {
     fn name(&self) -> &'static str {
         "classical"
+    }
+
+    fn sees_from_centres(&self) -> bool {
+        true
     }
 
     fn bytes(&self, rows: usize) -> u64 {
@@ -231,8 +235,8 @@ impl Engine for Classical {
             if 8 * (self.words() * (self.kept + 1)) as u64 > MOST_KEPT {
                 break;
             }
-            for &j in &row.columns {
-                set(&mut seen, j);
+            for j in &row.columns {
+                set(&mut seen, j.0);
             }
             self.kept += usize::from(self.known[id.index()].replace(seen).is_none());
         }
@@ -284,7 +288,7 @@ mod tests {
         let mut occluded = 0;
         for (i, row) in ids.iter().zip(&rows) {
             for &j in &row.columns {
-                assert!(rows[j as usize].factor_to(*i) > 0.0);
+                assert!(rows[j.index()].factor_to(*i) > 0.0);
             }
             assert!((row.total() - 1.0).abs() < 1e-12);
             occluded += usize::from(row.columns.len() < ids.len() / 4);

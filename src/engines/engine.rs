@@ -1,21 +1,14 @@
-//! Who makes rows, and how they flow into a sink.
+//! The seam between who makes rows and who takes them.
 
+use serde::Serialize;
 use thiserror::Error;
 
-use crate::form_factors::{BLOCK, Row, RowSink, SinkError};
+use super::hemicube::HemicubeError;
+#[cfg(feature = "gpu")]
+use super::hemicube_gpu::GpuError;
+use crate::form_factors::{BLOCK, Row, RowBlock, RowSink, SinkError};
 use crate::patches::PatchId;
 use crate::progress::{Cancelled, Progress};
-
-/// Why rows could not be made.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
-pub enum EngineError {
-    /// A device failed.
-    #[error("{0}")]
-    Device(String),
-    /// Patches are clusters of source triangles, which this engine cannot use.
-    #[error("--engine {0} cannot use clusters of source triangles; use --cluster off")]
-    Clusters(&'static str),
-}
 
 /// Makes rows of the matrix of form factors.
 pub trait Engine: Send {
@@ -30,12 +23,96 @@ pub trait Engine: Send {
     /// Memory it takes to make `rows` rows at once, in bytes, without the rows themselves.
     fn bytes(&self, rows: usize) -> u64;
 
+    /// Whether a row is the view from the patch's centre, so that it serves every mesh with a patch
+    /// of that centre; otherwise it is a mean over the patch.
+    fn sees_from_centres(&self) -> bool {
+        false
+    }
+
+    /// What was done pair by pair so far, by an engine that evaluates pairs of patches for both
+    /// their rows: all rows together cost it less than many one by one.
+    fn pairs(&self) -> Option<PairsReport> {
+        None
+    }
+
     /// Makes one row for each of `rows`, in `out` of the same length. The result depends neither on
     /// how rows are grouped nor on the number of threads.
     fn fill(&mut self, rows: &[PatchId], out: &mut [Row]) -> Result<(), EngineError>;
+
+    /// Makes the rows of `ids` and hands them to `sink`, block by block; advances `progress` by one
+    /// a row. The rows are those of [`fill`](Self::fill).
+    fn make(
+        &mut self,
+        ids: &[PatchId],
+        sink: &mut dyn RowSink,
+        progress: &dyn Progress,
+    ) -> Result<(), AssembleError> {
+        in_blocks(self, ids, sink, progress)
+    }
 }
 
-/// Why a matrix was not made.
+/// No engine has more rows than this under way at once.
+pub const ROWS_AT_ONCE: usize = 4 * BLOCK;
+
+/// Makes rows in the order of `ids`, some at a time.
+pub(super) fn in_blocks<E: Engine + ?Sized>(
+    engine: &mut E,
+    ids: &[PatchId],
+    sink: &mut dyn RowSink,
+    progress: &dyn Progress,
+) -> Result<(), AssembleError> {
+    let room = || vec![Row::default(); BLOCK.min(ids.len())];
+    let (mut next, mut made) = (room(), room());
+    let mut last: &[PatchId] = &[];
+    // The sink takes one block while the engine makes the next.
+    for block in ids.chunks(BLOCK).chain([&[][..]]) {
+        let taking = || match last.is_empty() {
+            true => Ok(()),
+            false => sink.take(RowBlock::of(last, &made[..last.len()])?),
+        };
+        let (filled, taken) = rayon::join(|| engine.fill(block, &mut next[..block.len()]), taking);
+        filled?;
+        taken?;
+        progress.advance(last.len() as u64)?;
+        std::mem::swap(&mut next, &mut made);
+        last = block;
+    }
+    Ok(())
+}
+
+/// Pairs of patches evaluated one by one.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct PairsReport {
+    /// Pairs that exchange anything; through a file, those of different bands count twice.
+    pub evaluated: u64,
+    /// Those of them with something in between that may hide a part.
+    pub partly_hidden: u64,
+    /// Rays that were to tell how much it hides.
+    pub shadow_rays: u64,
+    /// Estimate of the root-mean-square error of the form factors over their root-mean-square,
+    /// 0..1: what visible fractions err by, as the differences between their points and rays tell.
+    pub error: f64,
+}
+
+/// Why an engine cannot be had, or could not make rows.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum EngineError {
+    /// The hemicubes' options are wrong.
+    #[error(transparent)]
+    Hemicube(#[from] HemicubeError),
+    /// The graphics device cannot be used.
+    #[cfg(feature = "gpu")]
+    #[error(transparent)]
+    Gpu(#[from] GpuError),
+    /// A device failed.
+    #[error("{0}")]
+    Device(String),
+    /// Patches are clusters of source triangles, which this engine cannot use.
+    #[error("the {0} engine cannot use clusters of source triangles")]
+    Clusters(&'static str),
+}
+
+/// Why the rows of a matrix were not made.
 #[derive(Debug, Error)]
 pub enum AssembleError {
     /// The engine failed.
@@ -47,33 +124,4 @@ pub enum AssembleError {
     /// The caller cancelled.
     #[error("cancelled")]
     Cancelled(#[from] Cancelled),
-}
-
-/// No engine has more rows than this under way at once.
-pub const ROWS_AT_ONCE: usize = 4 * BLOCK;
-
-/// Has the rows of `ids` made and handed to `sink`, in order, block by block; advances `progress` by
-/// one a row.
-pub fn assemble(
-    engine: &mut dyn Engine,
-    ids: &[PatchId],
-    sink: &mut dyn RowSink,
-    progress: &dyn Progress,
-) -> Result<(), AssembleError> {
-    let room = || vec![Row::default(); BLOCK.min(ids.len())];
-    let (mut next, mut made) = (room(), room());
-    let mut last: &[PatchId] = &[];
-    // The sink takes one block while the engine makes the next.
-    for block in ids.chunks(BLOCK).chain([&[][..]]) {
-        let (filled, taken) = rayon::join(
-            || engine.fill(block, &mut next[..block.len()]),
-            || if last.is_empty() { Ok(()) } else { sink.take(last, &made[..last.len()]) },
-        );
-        filled?;
-        taken?;
-        progress.advance(last.len() as u64)?;
-        std::mem::swap(&mut next, &mut made);
-        last = block;
-    }
-    Ok(())
 }

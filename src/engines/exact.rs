@@ -58,8 +58,8 @@ mod triangles;
 mod unoccluded;
 mod visible;
 
-use super::engine::{AssembleError, Engine, EngineError};
-use crate::form_factors::{FormFactors, Row};
+use super::engine::{AssembleError, Engine, EngineError, PairsReport, in_blocks};
+use crate::form_factors::{Row, RowSink};
 use crate::patches::{PatchId, Patches};
 use crate::progress::Progress;
 use crate::scene::Geometry;
@@ -121,19 +121,6 @@ impl<'a> Exact<'a> {
         let c = self.pairs.counts();
         if c.squares > 0 { (c.errors as f64 / c.squares as f64).sqrt() } else { 0.0 }
     }
-
-    /// The form factors of all patches, the same to the last bit as rows made one by one, in at most
-    /// `limit` bytes. Advances `progress` by one a row.
-    ///
-    /// # Errors
-    /// More memory than `limit`, or cancelled.
-    pub fn matrix(
-        &self,
-        limit: u64,
-        progress: &dyn Progress,
-    ) -> Result<FormFactors, AssembleError> {
-        matrix::make(&self.pairs, &self.accounts, limit, progress)
-    }
 }
 
 impl Engine for Exact<'_> {
@@ -146,8 +133,28 @@ impl Engine for Exact<'_> {
         self.pairs.model.bytes() + (work + rows * self.pairs.model.len() * 4) as u64
     }
 
+    fn pairs(&self) -> Option<PairsReport> {
+        let [evaluated, partly_hidden, shadow_rays] = self.counts();
+        Some(PairsReport { evaluated, partly_hidden, shadow_rays, error: self.estimate() })
+    }
+
     fn fill(&mut self, rows: &[PatchId], out: &mut [Row]) -> Result<(), EngineError> {
         rows::make(&self.pairs, &self.accounts, rows, out);
         Ok(())
+    }
+
+    /// All rows are made together where they are kept, each pair evaluated once.
+    fn make(
+        &mut self,
+        ids: &[PatchId],
+        sink: &mut dyn RowSink,
+        progress: &dyn Progress,
+    ) -> Result<(), AssembleError> {
+        match sink.room() {
+            Some(room) if ids.len() == self.pairs.model.len() => {
+                matrix::make(&self.pairs, &self.accounts, room, sink, progress)
+            }
+            _ => in_blocks(self, ids, sink, progress),
+        }
     }
 }

@@ -160,6 +160,10 @@ impl Engine for Hemicube<'_> {
         "hemicube"
     }
 
+    fn sees_from_centres(&self) -> bool {
+        true
+    }
+
     fn bytes(&self, rows: usize) -> u64 {
         let threads = rows.min(rayon::current_num_threads()) as u64;
         let pixels: usize = self.faces.iter().map(|f| f.stride() * f.height()).sum();

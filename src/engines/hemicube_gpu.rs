@@ -604,6 +604,10 @@ impl Engine for HemicubeGpu<'_> {
         Some(self.adapter().to_string())
     }
 
+    fn sees_from_centres(&self) -> bool {
+        true
+    }
+
     fn bytes(&self, _rows: usize) -> u64 {
         // What the host can see; the device's own memory may be the same.
         SLOTS as u64 * self.plan.entries_bytes()
@@ -640,7 +644,7 @@ fn write(row: &mut Row, anew: bool, entries: &[u32], environment: u32, back: u32
         row.lost = 0.0;
     }
     let (entries, _) = entries.as_chunks();
-    row.columns.extend(entries.iter().map(|&[column, _]| column));
+    row.columns.extend(entries.iter().map(|&[column, _]| PatchId(column)));
     weights.extend(entries.iter().map(|&[_, weight]| weight));
     row.weights = Weights::Fixed(weights);
 }

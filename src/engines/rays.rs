@@ -205,7 +205,7 @@ fn make_rows(engine: &Rays<'_>, ids: &[PatchId], scratch: &mut Scratch, rows: &m
                 let (mut escaped, mut behind) = (0_u32, 0_u32);
                 for &place in places.iter().flat_map(|places| &places[lanes(set)]) {
                     if place < escape {
-                        row.columns.push(place);
+                        row.columns.push(PatchId(place));
                     } else if place == escape {
                         escaped += 1;
                     } else {

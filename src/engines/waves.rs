@@ -8,8 +8,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
 
-use super::engine::{AssembleError, Engine, assemble};
-use crate::form_factors::{FormFactors, RowSink};
+use super::engine::{AssembleError, Engine};
+use crate::form_factors::FormFactors;
 use crate::patches::{PatchId, Patches, side_index};
 use crate::progress::Progress;
 
@@ -41,11 +41,11 @@ pub fn assemble_lit(
     }
     while !wave.is_empty() {
         wave.sort_unstable();
-        assemble(engine, &wave, factors as &mut dyn RowSink, progress)?;
+        engine.make(&wave, factors, progress)?;
         // Many rows see the same patches: most are marked already.
         wave.par_iter().filter(|&&id| shines(id)).for_each(|&id| {
             for &j in factors.row(id).iter().flat_map(|r| r.columns) {
-                let seen = &seen[j as usize];
+                let seen = &seen[j.index()];
                 if !seen.load(Ordering::Relaxed) {
                     seen.store(true, Ordering::Relaxed);
                 }

@@ -21,7 +21,7 @@ pub mod scaling;
 
 use thiserror::Error;
 
-use super::rows::SinkError;
+use super::sink::SinkError;
 use super::stored::FormFactors;
 use crate::patches::PatchId;
 use crate::progress::{Cancelled, Progress};
@@ -100,7 +100,7 @@ pub fn close(
         exchange::drop_pairs(factors, &sums, threshold)?;
     }
     let dropped = before - factors.entries();
-    let rows = factors.shares();
+    let rows = factors.plain_rows();
     let found = scaling::scale(&rows, &sums, &taken, progress).map_err(|e| match e {
         scaling::ScalingError::Stalled(rows) => {
             ClosureError::Stalled(rows.into_iter().map(|(i, s)| (PatchId(i as u32), s)).collect())

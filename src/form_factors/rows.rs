@@ -1,9 +1,6 @@
-//! A row of the matrix, who makes it, and where it goes.
+//! A row of the matrix and its account.
 
 use std::collections::TryReserveError;
-use std::io;
-
-use thiserror::Error;
 
 use crate::patches::PatchId;
 
@@ -132,7 +129,7 @@ impl Default for Weights {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Row {
     /// The patches seen, ascending; with [`Weights::Equal`] one for each hit, in any order.
-    pub columns: Vec<u32>,
+    pub columns: Vec<PatchId>,
     /// The form factor of each.
     pub weights: Weights,
     /// Number of leading columns that come from the first of two independent samples of equal size;
@@ -146,7 +143,32 @@ pub struct Row {
     pub lost: f64,
 }
 
+/// What a row holds beside its entries.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct RowAccount {
+    /// Share that escapes.
+    pub environment: f64,
+    /// Share that ends on backs which do not reflect.
+    pub back: f64,
+    /// Share lost numerically.
+    pub lost: f64,
+}
+
 impl Row {
+    /// A row without entries.
+    #[must_use]
+    pub fn of_account(account: RowAccount) -> Self {
+        let RowAccount { environment, back, lost } = account;
+        Self { environment, back, lost, ..Self::default() }
+    }
+
+    /// What it holds beside its entries.
+    #[must_use]
+    pub fn account(&self) -> RowAccount {
+        let Self { environment, back, lost, .. } = *self;
+        RowAccount { environment, back, lost }
+    }
+
     /// Entries and account together: 1 but for rounding.
     #[must_use]
     pub fn total(&self) -> f64 {
@@ -161,49 +183,21 @@ impl Row {
 
     /// Patches and form factors in turn.
     pub fn entries(&self) -> impl Iterator<Item = (PatchId, f64)> + '_ {
-        self.columns.iter().enumerate().map(|(k, &j)| (PatchId(j), self.weights.get(k)))
+        self.columns.iter().enumerate().map(|(k, &j)| (j, self.weights.get(k)))
     }
 }
 
 /// The form factor to one patch in a row of `columns` and the weight of each.
 pub(super) fn factor_to(
-    columns: &[u32],
+    columns: &[PatchId],
     j: PatchId,
     weight: impl Fn(usize) -> f64,
     form: &Weights,
 ) -> f64 {
     match form {
-        Weights::Fixed(_) | Weights::Each(_) => columns.binary_search(&j.0).map_or(0.0, weight),
+        Weights::Fixed(_) | Weights::Each(_) => columns.binary_search(&j).map_or(0.0, weight),
         Weights::Equal { rays, .. } => {
-            columns.iter().filter(|&&k| k == j.0).count() as f64 / f64::from(*rays)
+            columns.iter().filter(|&&k| k == j).count() as f64 / f64::from(*rays)
         }
     }
-}
-
-/// Why rows could not be taken.
-#[derive(Debug, Error)]
-pub enum SinkError {
-    /// The rows do not fit in the memory allowed.
-    #[error(
-        "the form factors take more than {limit_mib} MiB; use a larger --patch-size, fewer --samples or a lower --resolution, or more --memory"
-    )]
-    Memory {
-        /// The limit in MiB.
-        limit_mib: u64,
-    },
-    /// The system has no more memory.
-    #[error("out of memory: {0}")]
-    Allocation(#[from] TryReserveError),
-    /// Where rows are kept outside memory, that failed.
-    #[error(transparent)]
-    Shelf(io::Error),
-}
-
-/// Rows flow from engine to sink in blocks of this many.
-pub const BLOCK: usize = 256;
-
-/// Where rows go.
-pub trait RowSink: Send {
-    /// Takes a block of rows.
-    fn take(&mut self, ids: &[PatchId], rows: &[Row]) -> Result<(), SinkError>;
 }

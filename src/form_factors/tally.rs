@@ -2,6 +2,8 @@
 
 use std::ops::AddAssign;
 
+use crate::patches::PatchId;
+
 /// Patches are marked as seen by groups of so many.
 const GROUP: usize = 64;
 
@@ -33,7 +35,7 @@ impl<W: Copy + Default + PartialEq + AddAssign> Tally<W> {
     }
 
     /// Moves the sums that are not zero into `weights`, and their patches, ascending, into `columns`.
-    pub fn write(&mut self, columns: &mut Vec<u32>, weights: &mut Vec<W>) {
+    pub fn write(&mut self, columns: &mut Vec<PatchId>, weights: &mut Vec<W>) {
         columns.clear();
         weights.clear();
         let groups = self.seen.iter_mut().zip(self.sums.as_chunks_mut::<GROUP>().0);
@@ -52,13 +54,13 @@ fn compact<W: Copy + Default + PartialEq>(
     values: &[W; GROUP],
     first: u32,
     kept: &mut Vec<W>,
-    places: &mut Vec<u32>,
+    places: &mut Vec<PatchId>,
 ) {
-    let (mut v, mut p, mut count) = ([W::default(); GROUP], [0; GROUP], 0);
+    let (mut v, mut p, mut count) = ([W::default(); GROUP], [PatchId(0); GROUP], 0);
     // Without a branch a number: which are zero cannot be foretold.
     for (place, &value) in (first..).zip(values) {
         v[count % GROUP] = value;
-        p[count % GROUP] = place;
+        p[count % GROUP] = PatchId(place);
         count += usize::from(value != W::default());
     }
     kept.extend_from_slice(&v[..count]);
@@ -73,12 +75,12 @@ mod tests {
     fn sums_come_in_the_order_of_patches_and_leave_nothing_behind() {
         let mut tally = Tally::default();
         tally.resize(200);
-        let (mut columns, mut weights) = (vec![7], vec![7]);
+        let (mut columns, mut weights) = (vec![PatchId(7)], vec![7]);
         for (patch, weight) in [(130, 2_u32), (0, 1), (130, 3), (63, 4), (64, 0)] {
             tally.add(patch, weight);
         }
         tally.write(&mut columns, &mut weights);
-        assert_eq!((&columns[..], &weights[..]), (&[0, 63, 130][..], &[1, 4, 5][..]));
+        assert_eq!((&columns[..], &weights[..]), (&[0, 63, 130].map(PatchId)[..], &[1, 4, 5][..]));
         tally.write(&mut columns, &mut weights);
         assert!(columns.is_empty() && weights.is_empty());
     }

@@ -2,8 +2,9 @@
 
 use rayon::prelude::*;
 
-use super::rows::SinkError;
+use super::sink::SinkError;
 use super::stored::FormFactors;
+use crate::patches::PatchId;
 
 /// Drops form factors below `threshold` (0..1), except the largest of each row. Returns for each patch
 /// the factor that restores the sum that its row had before; 1 where nothing was dropped.
@@ -12,8 +13,8 @@ use super::stored::FormFactors;
 /// is to be [closed](super::close) too, that drops pairs instead.
 pub fn drop_below(factors: &mut FormFactors, threshold: f64) -> Result<Vec<f64>, SinkError> {
     let sums = |factors: &FormFactors| -> Vec<f64> {
-        let sum = |(_, w): (&[u32], &[f32])| w.iter().map(|&w| f64::from(w)).sum();
-        factors.shares().into_par_iter().map(sum).collect()
+        let sum = |(_, w): (&[PatchId], &[f32])| w.iter().map(|&w| f64::from(w)).sum();
+        factors.plain_rows().into_par_iter().map(sum).collect()
     };
     let before = sums(factors);
     factors.rewrite(|_, columns, weights, kept_columns, kept| {
@@ -31,22 +32,22 @@ pub fn drop_below(factors: &mut FormFactors, threshold: f64) -> Result<Vec<f64>,
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::form_factors::{Row, RowSink, Weights};
-    use crate::patches::PatchId;
+    use crate::form_factors::{Row, RowBlock, RowSink, Weights};
 
     #[test]
     fn sums_are_restored_and_the_largest_factor_stays() {
         let row = |w: &[f32]| Row {
-            columns: (0..w.len() as u32).collect(),
+            columns: (0..w.len() as u32).map(PatchId).collect(),
             weights: Weights::Each(w.to_vec()),
             ..Row::default()
         };
         let rows = [row(&[0.0, 0.01, 0.3, 0.5]), row(&[0.02, 0.03, 0.01]), row(&[])];
         let mut f = FormFactors::new(4, 1 << 10);
-        f.take(&[PatchId(0), PatchId(2), PatchId(1)], &rows).unwrap();
+        let ids = [0, 2, 1].map(PatchId);
+        f.take(RowBlock::of(&ids, &rows).unwrap()).unwrap();
         let restore = drop_below(&mut f, 0.05).unwrap();
-        assert_eq!(f.shares()[0].0, [2, 3]);
-        assert_eq!(f.shares()[2].0, [1]);
+        assert_eq!(f.plain_rows()[0].0, [2, 3].map(PatchId));
+        assert_eq!(f.plain_rows()[2].0, [PatchId(1)]);
         assert_eq!(f.entries(), 3);
         for (i, sum) in [(0, 0.81), (2, 0.06)] {
             let restored = f.row_sum(PatchId(i)) * restore[i as usize];

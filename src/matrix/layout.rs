@@ -61,7 +61,7 @@ impl Layout {
 
     /// The row of a patch: rows ascend as patches do.
     #[must_use]
-    pub fn row_of(&self, patch: u32) -> u32 {
-        self.row_of[patch as usize]
+    pub fn row_of(&self, patch: PatchId) -> u32 {
+        self.row_of[patch.index()]
     }
 }

@@ -5,7 +5,8 @@ use std::io;
 
 use rayon::prelude::*;
 
-use super::{Account, Matrix, Precision, Rows, SurfaceRow};
+use super::entries::Matrix;
+use super::rows::{FaceAccount, Precision, Rows, SurfaceRow};
 use crate::scene::{Geometry, Side};
 
 /// The matrix between named surfaces:
@@ -101,9 +102,9 @@ fn mean(rows: impl Iterator<Item = (f64, SurfaceRow)>) -> SurfaceRow {
         all.account.environment += row.account.environment * area;
     }
     if all.area > 0.0 {
-        let Account { front, back, environment } = all.account;
+        let FaceAccount { front, back, environment } = all.account;
         let [front, back, environment] = [front, back, environment].map(|s| s / all.area);
-        all.account = Account { front, back, environment };
+        all.account = FaceAccount { front, back, environment };
         all.centroid /= all.area;
     }
     // What closes upon itself faces nowhere.

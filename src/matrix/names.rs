@@ -2,9 +2,10 @@
 
 use std::collections::BTreeMap;
 
+use super::error::MatrixError;
+use super::layout::Layout;
 use super::report::{ClosureReport, MODEST, NamedRow};
-use super::{Layout, MatrixError};
-use crate::form_factors::{Closure, ClosureError, SinkError};
+use crate::form_factors::{Closure, ClosureError};
 use crate::patches::{PatchId, Patches};
 use crate::scene::Geometry;
 
@@ -24,7 +25,7 @@ pub struct Names<'a> {
 impl Names<'_> {
     /// The row of a patch, with what is said of it.
     pub fn row(&self, patch: PatchId, value: f64) -> NamedRow {
-        let row = self.layout.row_of(patch.0) as usize;
+        let row = self.layout.row_of(patch) as usize;
         let surface = name_of(self.geometry, self.layout, row).to_owned();
         NamedRow { row, surface, value }
     }
@@ -46,11 +47,7 @@ impl Names<'_> {
     }
 
     /// Why the matrix cannot be closed, by the names of surfaces.
-    pub fn failure(
-        &self,
-        error: ClosureError,
-        too_large: impl Fn(SinkError) -> MatrixError,
-    ) -> MatrixError {
+    pub fn failure(&self, error: ClosureError) -> MatrixError {
         match error {
             ClosureError::Open(rows) => {
                 MatrixError::Open(self.surfaces(&rows, |share| share, "up to"))
@@ -58,7 +55,7 @@ impl Names<'_> {
             ClosureError::Stalled(rows) => {
                 MatrixError::Stalled(self.surfaces(&rows, |sum| (sum - 1.0).abs(), "off by up to"))
             }
-            ClosureError::Sink(e) => too_large(e),
+            ClosureError::Sink(e) => e.into(),
             ClosureError::Cancelled(cancelled) => cancelled.into(),
         }
     }

@@ -2,13 +2,15 @@
 
 use serde::Serialize;
 
-use crate::report::{EngineReport, RowsReport, Stage};
+use crate::engines::{EngineReport, PairsReport};
+use crate::form_factors::RowsReport;
+use crate::report::Stage;
 
 /// Scales that closure needs where form factors are right but for their noise; those outside are
 /// reported.
 pub const MODEST: std::ops::RangeInclusive<f64> = 0.9..=1.1;
 
-/// Everything worth knowing about one matrix; serialises to `--report out.json`.
+/// Everything worth knowing about one matrix; serialises to JSON.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct MatrixReport {
     /// Name of the scene.
@@ -76,21 +78,7 @@ pub struct LostReport {
     pub worst: NamedRow,
 }
 
-/// Pairs of patches evaluated one by one.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct PairsReport {
-    /// Pairs that exchange anything; through a file, those of different bands count twice.
-    pub evaluated: u64,
-    /// Those of them with something in between that may hide a part.
-    pub partly_hidden: u64,
-    /// Rays that were to tell how much it hides.
-    pub shadow_rays: u64,
-    /// Estimate of the root-mean-square error of the form factors over their root-mean-square, 0..1: what
-    /// visible shares err by, as the differences between their points and rays tell.
-    pub error: f64,
-}
-
-/// What `--threshold` did.
+/// What the threshold did.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct ThresholdReport {
     /// Form factors below this were dropped, 0..1.
@@ -99,7 +87,7 @@ pub struct ThresholdReport {
     pub dropped: u64,
 }
 
-/// What `--enclosure` did.
+/// What closing the matrix did.
 #[derive(Debug, Clone, Serialize)]
 pub struct ClosureReport {
     /// Newton steps taken.

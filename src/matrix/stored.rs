@@ -3,11 +3,11 @@
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::{Layout, subdivide};
-use crate::form_factors::{FormFactors, RowAccount, SinkError};
-use crate::patches::{Patches, PatchesError};
+use super::layout::Layout;
+use crate::form_factors::{FormFactors, RowAccount, RowBlock, RowSink, SinkError, Weights};
+use crate::patches::{PatchId, Patches, PatchesError};
 use crate::scene::{Geometry, Sides};
-use crate::visibility::Bvh;
+use crate::visibility::{Bvh, uncover};
 
 /// What a stored matrix says of itself.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -45,19 +45,36 @@ pub struct Stored {
     pub back: Vec<f64>,
 }
 
+/// How a geometry differs from the one that a matrix was made for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SameWith {
+    /// It had these sides.
+    pub sides: Option<Sides>,
+    /// Its triangles were turned round.
+    pub flipped: bool,
+}
+
 /// Why a stored matrix does not serve a scene.
 #[derive(Debug, Error)]
 pub enum StoredError {
     /// It is another geometry's.
-    #[error("was made for another geometry (of {scene}): {remedy}")]
+    #[error("was made for another geometry (of {scene})")]
     Foreign {
         /// The scene that it was made for.
         scene: String,
-        /// What to do about it.
-        remedy: String,
+        /// What would make it this geometry's, if anything does.
+        same_with: Option<SameWith>,
+    },
+    /// It is this geometry's, but has another number of rows.
+    #[error("has {rows} rows, and the model has {wanted}")]
+    Rows {
+        /// Rows that it has.
+        rows: usize,
+        /// Rows that the model has.
+        wanted: usize,
     },
     /// It holds no patches.
-    #[error("its rows are lumped to surfaces; make it without --group")]
+    #[error("has rows of surfaces, not of patches")]
     Lumped,
     /// The model could not be subdivided as then.
     #[error(transparent)]
@@ -65,6 +82,16 @@ pub enum StoredError {
     /// It does not fit in memory.
     #[error(transparent)]
     Sink(#[from] SinkError),
+}
+
+/// The patches that rows are of: whole triangles, or parts of at most `patch_size` m².
+pub fn subdivide(
+    geometry: &Geometry,
+    bvh: &Bvh,
+    patch_size: Option<f64>,
+) -> Result<Patches, PatchesError> {
+    let patches = Patches::uniform(geometry, patch_size.unwrap_or(f64::INFINITY))?;
+    Ok(uncover(geometry, patches, bvh))
 }
 
 /// Bytes as hexadecimal digits.
@@ -86,45 +113,37 @@ impl Stored {
         if self.origin.lumped {
             return Err(StoredError::Lumped);
         }
-        let foreign =
-            |remedy: String| StoredError::Foreign { scene: self.origin.scene.clone(), remedy };
         if hexadecimal(&geometry.fingerprint()) != self.origin.fingerprint {
-            return Err(foreign(self.remedy(geometry)));
+            let (scene, same_with) = (self.origin.scene.clone(), self.same_with(geometry));
+            return Err(StoredError::Foreign { scene, same_with });
         }
         let patches = subdivide(geometry, &Bvh::new(geometry), self.origin.patch_size)?;
         let layout = Layout::new(geometry, &patches);
-        if layout.len() + 1 != self.starts.len() {
-            return Err(foreign(format!(
-                "it has {} rows and the model {}; make it again",
-                self.starts.len() - 1,
-                layout.len()
-            )));
+        let (rows, wanted) = (self.starts.len() - 1, layout.len());
+        if rows != wanted {
+            return Err(StoredError::Rows { rows, wanted });
         }
         let factors = self.rows_of(&layout, patches.len(), memory)?;
         Ok((patches, factors))
     }
 
-    /// What to do about another fingerprint: the flags with which it would be the same, if there are
-    /// any.
-    fn remedy(&self, geometry: &Geometry) -> String {
-        for flip in [false, true] {
+    /// The sides and the winding with which the geometry would be the one that it was made for.
+    fn same_with(&self, geometry: &Geometry) -> Option<SameWith> {
+        for flipped in [false, true] {
             let mut other = geometry.clone();
-            if flip {
+            if flipped {
                 other.flip();
             }
-            for (sides, flag) in [(None, ""), (Some(Sides::One), "one"), (Some(Sides::Two), "two")]
-            {
+            for sides in [None, Some(Sides::One), Some(Sides::Two)] {
                 if let Some(sides) = sides {
                     other.sides.fill(sides);
                 }
                 if hexadecimal(&other.fingerprint()) == self.origin.fingerprint {
-                    let sides = sides.map_or(String::new(), |_| format!(" --sides {flag}"));
-                    let flip = if flip { " --flip, which one of both has" } else { "" };
-                    return format!("it is the same with{sides}{flip}");
+                    return Some(SameWith { sides, flipped });
                 }
             }
         }
-        String::from("check --unit, or make it again with hemicube factors")
+        None
     }
 
     /// The same entries, taken over in the memory that they have.
@@ -134,26 +153,31 @@ impl Stored {
         patches: usize,
         memory: u64,
     ) -> Result<FormFactors, SinkError> {
-        let Self { starts, mut columns, mut values, environment, back, .. } = self;
-        let (mut ids, mut accounts, mut ends) = (Vec::new(), Vec::new(), vec![0]);
+        let Self { starts, columns, mut values, environment, back, .. } = self;
+        let mut columns: Vec<PatchId> = columns.into_iter().map(PatchId).collect();
+        let mut block = RowBlock { starts: vec![0], ..RowBlock::default() };
         let mut end = 0;
         for (i, face) in layout.faces.iter().enumerate() {
             let Some(patch) = face.patch else { continue };
             let mut sum = 0.0;
             for k in starts[i] as usize..starts[i + 1] as usize {
                 // Faces that take no part have no column either.
-                let Some(column) = layout.faces[columns[k] as usize].patch else { continue };
-                (columns[end], values[end]) = (column.0, values[k]);
+                let Some(column) = layout.faces[columns[k].index()].patch else { continue };
+                (columns[end], values[end]) = (column, values[k]);
                 sum += f64::from(values[k]);
                 end += 1;
             }
             let (environment, back) = (environment[i], back[i]);
-            ids.push(patch);
-            accounts.push(RowAccount { environment, back, lost: 1.0 - sum - environment - back });
-            ends.push(end);
+            let lost = 1.0 - sum - environment - back;
+            block.ids.push(patch);
+            block.accounts.push(RowAccount { environment, back, lost });
+            block.starts.push(end);
         }
         columns.truncate(end);
         values.truncate(end);
-        FormFactors::of_shares(patches, memory, (&ids, &accounts), ends, columns, values)
+        (block.columns, block.weights) = (columns, Weights::Each(values));
+        let mut factors = FormFactors::new(patches, memory);
+        factors.take(block)?;
+        Ok(factors)
     }
 }

@@ -16,7 +16,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 use thiserror::Error;
 
-use crate::engines::{AssembleError, Engine, assemble};
+use crate::engines::{AssembleError, Engine};
 use crate::form_factors::{FormFactors, Merger};
 use crate::patches::{Cell, PatchId, Patches, SplitCells};
 use crate::progress::Progress;
@@ -90,7 +90,7 @@ impl FactorRule {
             ids.sort_unstable();
             ids.dedup();
             ids.retain(|&i| !rows.has_row(i));
-            assemble(engine, &ids, &mut rows, progress)?;
+            engine.make(&ids, &mut rows, progress)?;
             let demanded: Vec<Vec<Cell>> = ids
                 .par_chunks(64)
                 .map_init(
@@ -130,7 +130,7 @@ impl FactorRule {
         let Some(row) = rows.row(i) else { return Vec::new() };
         let leaf_of = cells.leaf_of();
         let (leaves, factors) = row.merged(leaf_of, &mut room.merger);
-        let large: Vec<u32> = (0..)
+        let large: Vec<PatchId> = (0..)
             .zip(&leaves)
             .filter(|&(k, _)| factors.get(k) > self.max_factor)
             .map(|(_, &leaf)| leaf)
@@ -139,14 +139,14 @@ impl FactorRule {
         if large.is_empty() {
             return wanted;
         }
-        large.iter().for_each(|&leaf| room.large[leaf as usize] = true);
+        large.iter().for_each(|leaf| room.large[leaf.index()] = true);
         let finest = cells.finest();
         let parts: Vec<(Cell, f64)> = row
             .entries()
             .filter(|(j, _)| room.large.get(leaf_of[j.index()] as usize).is_some_and(|l| *l))
             .map(|(j, f)| (finest.cell(j), f))
             .collect();
-        large.iter().for_each(|&leaf| room.large[leaf as usize] = false);
+        large.iter().for_each(|leaf| room.large[leaf.index()] = false);
         let same_side =
             |a: &(Cell, f64), b: &(Cell, f64)| (a.0.triangle, a.0.side) == (b.0.triangle, b.0.side);
         for parts in parts.chunk_by(same_side) {

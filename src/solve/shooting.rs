@@ -22,8 +22,8 @@ impl Columns {
         let stored = || (0..n as u32).filter_map(|i| Some((i, f.row(PatchId(i))?)));
         let mut starts = vec![0; n + 1];
         for (_, row) in stored() {
-            for &j in row.columns {
-                starts[j as usize + 1] += 1;
+            for j in row.columns {
+                starts[j.index() + 1] += 1;
             }
         }
         for j in 0..n {

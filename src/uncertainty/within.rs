@@ -2,13 +2,14 @@
 
 use super::Uncertainty;
 use crate::direct::MOST_SHADOW;
-use crate::engines::AssembleError;
+use crate::engines::EngineOptions;
 use crate::engines::rays::MOST_SAMPLES;
 use crate::patches::Patches;
 use crate::progress::Progress;
 use crate::report::ErrorReport;
 use crate::scene::Scene;
-use crate::solution::{EngineOptions, LightError, LightOptions, Solution, light};
+use crate::solution::{LightError, LightOptions, Solution, light};
+use crate::solve::SAMPLED_TOLERANCE;
 
 /// Times that a scene is lit at most.
 const TURNS: usize = 6;
@@ -41,7 +42,7 @@ pub fn light_within(
     target: f64,
     progress: &dyn Progress,
 ) -> Result<Solution, LightError> {
-    if !matches!(options.engine, EngineOptions::Rays { .. }) {
+    if !matches!(options.engine, EngineOptions::Rays(_)) {
         let mut solution = light(scene, options, progress)?;
         solution.report.error = Some(error_of(scene, &solution));
         return Ok(solution);
@@ -51,11 +52,12 @@ pub fn light_within(
     if !fixed {
         options.patch_size = Some(Patches::area_adding(&scene.geometry, FIRST.1));
     }
-    if let EngineOptions::Rays { rows, .. } = &mut options.engine {
+    if let EngineOptions::Rays(rows) = &mut options.engine {
         rows.samples = FIRST.0;
     }
     // What the solver leaves is in no stated error.
-    options.solve.tolerance = options.solve.tolerance.min(SOLVER * target);
+    let usual = options.tolerance.unwrap_or(SAMPLED_TOLERANCE);
+    options.tolerance = Some(usual.min(SOLVER * target));
     let mut best: Option<(f64, Solution)> = None;
     for _ in 0..TURNS {
         let mut solution = match light(scene, &options, progress) {
@@ -84,12 +86,7 @@ fn error_of(scene: &Scene, solution: &Solution) -> ErrorReport {
 
 /// Whether there was no room for what was asked.
 fn is_too_much(error: &LightError) -> bool {
-    matches!(
-        error,
-        LightError::Memory { .. }
-            | LightError::Patches(_)
-            | LightError::Assemble(AssembleError::Sink(_))
-    )
+    matches!(error, LightError::Memory { .. } | LightError::Patches(_) | LightError::Sink(_))
 }
 
 /// Asks for more where an error is too large; `false` if there is nothing more to ask for.
@@ -101,14 +98,14 @@ fn better(options: &mut LightOptions, fixed: bool, error: ErrorReport, target: f
     let enough =
         error.noise <= allowed(error.refinement) && error.refinement <= allowed(error.noise);
     let least = if enough { error.total / target } else { 0.0 };
-    if let EngineOptions::Rays { rows, direct } = &mut options.engine {
+    if let EngineOptions::Rays(rows) = &mut options.engine {
         let excess = (error.noise / allowed(error.refinement)).max(least);
         // Rays are rounded up to a power of two anyway: fewer more would be the same rows again.
         let samples = grown(rows.samples as f64, excess, NOISE_POWER) as usize;
         let samples = samples.next_power_of_two().min(MOST_SAMPLES);
         if excess > 1.0 && samples > rows.samples {
-            let shadow = grown(direct.shadow as f64, excess, NOISE_POWER) as usize;
-            (rows.samples, direct.shadow) = (samples, shadow.min(MOST_SHADOW));
+            let shadow = grown(options.direct.shadow as f64, excess, NOISE_POWER) as usize;
+            (rows.samples, options.direct.shadow) = (samples, shadow.min(MOST_SHADOW));
             changed = true;
         }
     }

@@ -1,7 +1,8 @@
 //! Whether a matrix has room where it is to go, before it is made.
 
 use hemicube::export::{Spill, folder_of};
-use hemicube::matrix::{Forecast, Shelf};
+use hemicube::matrix::{Forecast, RowStore};
+use hemicube::units::Bytes;
 
 use super::Format;
 use crate::args::Factors;
@@ -12,11 +13,11 @@ const MOST_ON_STDOUT: u64 = 256 << 20;
 
 /// Where the rows of a matrix go that will be like this: to memory (`None`) or through a file. Says why
 /// there is no room for it.
-pub fn shelf(
+pub fn store(
     args: &Factors,
     format: Format,
     forecast: &Forecast,
-) -> Result<Option<Box<dyn Shelf>>, String> {
+) -> Result<Option<Box<dyn RowStore>>, String> {
     let file = if args.group { 0 } else { file_bytes(args, format, forecast) };
     let Some(path) = &args.output else {
         return match file > MOST_ON_STDOUT {
@@ -24,8 +25,8 @@ pub fn shelf(
                 "a table of {0} x {0} form factors takes about {1}; on stdout {2} are the limit: write it \
                  with -o F.npz, or lump it with --group",
                 forecast.rows,
-                amount(file),
-                amount(MOST_ON_STDOUT)
+                Bytes(file),
+                Bytes(MOST_ON_STDOUT)
             )),
             false => Ok(None),
         };
@@ -40,14 +41,14 @@ pub fn shelf(
         };
         let beside = match spilled {
             0 => String::new(),
-            bytes => format!(" and {} for a while beside it, for want of --memory", amount(bytes)),
+            bytes => format!(" and {} for a while beside it, for want of --memory", Bytes(bytes)),
         };
         return Err(format!(
             "{}: {1} x {1} form factors take about {2} on disk{beside}; {3} are free: {remedy}",
             path.display(),
             forecast.rows,
-            amount(file),
-            amount(free)
+            Bytes(file),
+            Bytes(free)
         ));
     }
     if !through_a_file {
@@ -75,14 +76,5 @@ fn file_bytes(args: &Factors, format: Format, forecast: &Forecast) -> u64 {
         Format::Csv | Format::Stdout => {
             entries.saturating_mul(digits).saturating_add(2 * all.saturating_sub(entries))
         }
-    }
-}
-
-/// Bytes as people say them.
-fn amount(bytes: u64) -> String {
-    match bytes {
-        0..0x10_0000 => format!("{} KiB", bytes.div_ceil(1 << 10)),
-        0x10_0000..0x4000_0000 => format!("{} MiB", bytes.div_ceil(1 << 20)),
-        _ => format!("{:.1} GiB", bytes as f64 / f64::from(1 << 30)),
     }
 }

@@ -65,7 +65,8 @@ impl Device {
 impl Device {
     /// Nothing.
     pub fn open(_: &Conditions) -> Self {
-        Self { says: String::from("No GPU is measured: this program was built without it.") }
+        let says = "No GPU is measured: this program was built without --features gpu.";
+        Self { says: says.to_owned() }
     }
 
     /// Whether there is a device to measure on.

@@ -3,8 +3,8 @@
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
-use hemicube::engines::{AssembleError, Classical, Draw, Engine, Hemicube, assemble};
-use hemicube::form_factors::{Row, RowSink, SinkError};
+use hemicube::engines::{AssembleError, Classical, Draw, Engine, Hemicube};
+use hemicube::form_factors::{Row, RowBlock, RowSink, SinkError};
 use hemicube::patches::{PatchId, Patches};
 use hemicube::progress::Progress;
 use hemicube::scene::{Geometry, Scene, builtin};
@@ -54,7 +54,7 @@ pub fn assembly_failure(error: AssembleError) -> Failure {
 pub struct Dropped;
 
 impl RowSink for Dropped {
-    fn take(&mut self, _ids: &[PatchId], _rows: &[Row]) -> Result<(), SinkError> {
+    fn take(&mut self, _: RowBlock) -> Result<(), SinkError> {
         Ok(())
     }
 }
@@ -104,7 +104,7 @@ impl<'a> Subject<'a> {
             let start = Instant::now();
             let mut maker = self.maker(way)?;
             if let Some(engine) = maker.engine() {
-                assemble(engine, &ids, &mut Dropped, progress).map_err(assembly_failure)?;
+                engine.make(&ids, &mut Dropped, progress).map_err(assembly_failure)?;
             }
             tests = maker.tests();
             Ok([start.elapsed().as_secs_f64()])

@@ -1,14 +1,12 @@
 //! What the paper only asserts: how little adaptive subdivision loses.
 
 use hemicube::engines::Draw;
+use hemicube::engines::EngineOptions;
 use hemicube::patches::{PatchId, Patches};
 use hemicube::progress::Progress;
 use hemicube::refine::factor::RefineError;
 use hemicube::scene::{Geometry, Rgb, Scene};
-use hemicube::solution::{
-    Adaptive, Clustering, EngineOptions, LightError, LightOptions, Solution, light,
-};
-use hemicube::solve::SolveOptions;
+use hemicube::solution::{Adaptive, Clustering, LightError, LightOptions, Solution, light};
 
 use super::Folder;
 use super::conditions::Conditions;
@@ -81,8 +79,8 @@ fn lit(
         patch_size: if adaptive.is_some() { None } else { Some(min_area) },
         adaptive,
         engine: EngineOptions::Hemicube(conditions.hemicube(Draw::Sources)),
-        solve: SolveOptions::default(),
         memory: conditions.memory,
+        ..LightOptions::default()
     };
     light(scene, &options, progress).map_err(|e| {
         Failure::of(e, |e| match e {

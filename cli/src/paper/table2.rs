@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use hemicube::engines::{Draw, assemble};
+use hemicube::engines::{Draw, Engine};
 use hemicube::form_factors::FormFactors;
 use hemicube::patches::{PatchId, Patches};
 use hemicube::progress::Progress;
@@ -83,7 +83,7 @@ fn uniform(
     let start = Instant::now();
     let mut engine = hemicube(geometry, patches, conditions, Draw::Sources)?;
     let mut rows = FormFactors::new(patches.len(), conditions.memory);
-    assemble(&mut engine, &ids, &mut rows, progress).map_err(assembly_failure)?;
+    engine.make(&ids, &mut rows, progress).map_err(assembly_failure)?;
     Ok(start.elapsed().as_secs_f64())
 }
 

@@ -10,7 +10,7 @@ use super::pairs::Pairs;
 use super::rows::{Accounts, entries};
 use super::tree::TILE;
 use crate::engines::engine::AssembleError;
-use crate::form_factors::{Band, FormFactors, Row, SinkError, Weights, entry_bytes, sum};
+use crate::form_factors::{Row, RowBlock, RowSink, SinkError, Weights, entry_bytes, sum};
 use crate::patches::PatchId;
 use crate::progress::Progress;
 
@@ -70,13 +70,15 @@ impl Column {
 /// Tiles whose columns are evaluated, or whose rows are written, together.
 const WAVE: usize = 8;
 
-/// The form factors of all patches, in at most `limit` bytes. Advances `progress` by one a row.
+/// Makes the rows of all patches, the same to the last bit as rows made one by one, in the `room` that
+/// the sink has, and hands them over tile by tile. Advances `progress` by one a row.
 pub(super) fn make(
     pairs: &Pairs<'_>,
     accounts: &Accounts<'_>,
-    limit: u64,
+    room: u64,
+    sink: &mut dyn RowSink,
     progress: &dyn Progress,
-) -> Result<FormFactors, AssembleError> {
+) -> Result<(), AssembleError> {
     let tree = &pairs.model.tree;
     let tiles = tree.tiles.len();
     let mut upper: Vec<Column> = Vec::with_capacity(tiles);
@@ -88,8 +90,8 @@ pub(super) fn make(
         let made: Vec<Upper> =
             both.par_iter().with_max_len(4).map(|&(a, b)| upper_half(pairs, a, b)).collect();
         entries += 2 * made.iter().map(|u| u.exchange.len() as u64).sum::<u64>();
-        if entries * entry_bytes(&Weights::Each(Vec::new())) > limit {
-            return Err(SinkError::Memory { limit_mib: limit >> 20 }.into());
+        if entries * entry_bytes(&Weights::Each(Vec::new())) > room {
+            return Err(SinkError::Memory { allowed: room }.into());
         }
         let mut made = made.into_iter();
         for b in wave.clone() {
@@ -98,20 +100,19 @@ pub(super) fn make(
         let done = wave.map(|t| tree.tile(t).len()).sum::<usize>();
         progress.advance(done as u64)?;
     }
-    let mut factors = FormFactors::new(pairs.model.len(), limit);
     for first in (0..tiles).step_by(WAVE) {
         let wave = first..(first + WAVE).min(tiles);
-        let made: Vec<Band> = wave
+        let made: Vec<RowBlock> = wave
             .clone()
             .into_par_iter()
             .with_max_len(1)
             .map(|t| rows(pairs, accounts, t, &upper))
             .collect();
-        made.into_iter().try_for_each(|band| factors.keep(band))?;
+        made.into_iter().try_for_each(|block| sink.take(block))?;
         wave.for_each(|t| upper[t] = Column::default());
         progress.advance(0)?;
     }
-    Ok(factors)
+    Ok(())
 }
 
 /// Evaluates the pairs of two tiles.
@@ -131,7 +132,7 @@ fn upper_half(pairs: &Pairs<'_>, a: usize, b: usize) -> Upper {
 }
 
 /// The rows of a tile.
-fn rows(pairs: &Pairs<'_>, accounts: &Accounts<'_>, tile: usize, upper: &[Column]) -> Band {
+fn rows(pairs: &Pairs<'_>, accounts: &Accounts<'_>, tile: usize, upper: &[Column]) -> RowBlock {
     let model = &pairs.model;
     let own = model.tree.tile(tile);
     let n = model.len();
@@ -155,20 +156,17 @@ fn rows(pairs: &Pairs<'_>, accounts: &Accounts<'_>, tile: usize, upper: &[Column
         }
     }
     let ids = order[own].iter().map(|&p| PatchId(p)).collect();
-    let mut band = Band {
-        ids,
-        starts: vec![0],
-        // One more: room to write what is then left out.
-        columns: Vec::with_capacity(count + 1),
-        weights: Vec::with_capacity(count + 1),
-        accounts: Vec::new(),
-    };
+    let mut block = RowBlock { ids, starts: vec![0], ..RowBlock::default() };
+    // One more: room to write what is then left out.
+    block.columns.reserve_exact(count + 1);
+    let mut weights = Vec::with_capacity(count + 1);
     let mut rays = Row::default();
-    for (&id, exchange) in band.ids.iter().zip(dense.chunks_exact(n)) {
-        let from = band.columns.len();
-        entries(model, id, exchange, &mut band.columns, &mut band.weights);
-        band.starts.push(band.columns.len());
-        band.accounts.push(accounts.of(id, sum(&band.weights[from..]), &mut rays));
+    for (&id, exchange) in block.ids.iter().zip(dense.chunks_exact(n)) {
+        let from = block.columns.len();
+        entries(model, id, exchange, &mut block.columns, &mut weights);
+        block.starts.push(block.columns.len());
+        block.accounts.push(accounts.of(id, sum(&weights[from..]), &mut rays));
     }
-    band
+    block.weights = Weights::Each(weights);
+    block
 }

@@ -72,7 +72,7 @@ pub(super) fn entries(
     model: &Model<'_>,
     id: PatchId,
     exchange: &[f32],
-    columns: &mut Vec<u32>,
+    columns: &mut Vec<PatchId>,
     weights: &mut Vec<f32>,
 ) {
     let inverse = 1.0 / model.areas[model.place[id.index()] as usize];
@@ -80,11 +80,11 @@ pub(super) fn entries(
     let count = exchange.iter().filter(|s| **s > 0.0).count();
     // Every entry is written, and the next one overwrites it if it is zero: a branch would be
     // mispredicted as often as not.
-    columns.resize(from + count + 1, 0);
+    columns.resize(from + count + 1, PatchId(0));
     weights.resize(from + count + 1, 0.0);
     let mut k = from;
     for (j, &s) in (0..).zip(exchange) {
-        columns[k] = j;
+        columns[k] = PatchId(j);
         weights[k] = down(f64::from(s) * inverse);
         k += usize::from(s > 0.0);
     }

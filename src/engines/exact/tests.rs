@@ -2,6 +2,7 @@ use glam::DVec3;
 
 use super::*;
 use crate::engines::{Engine, Rays, RaysOptions};
+use crate::form_factors::FormFactors;
 use crate::progress::Silent;
 use crate::scene::{Material, SceneBuilder, Side, Sides, Surface, builtin};
 
@@ -36,8 +37,11 @@ fn the_matrix_has_the_bits_of_its_rows_for_any_threads() {
         for threads in [1, 2, 8] {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             let f = pool.install(|| {
-                let engine = Exact::new(&g, &p, &bvh, ExactOptions::default());
-                engine.matrix(1 << 32, &Silent).unwrap()
+                let mut engine = Exact::new(&g, &p, &bvh, ExactOptions::default());
+                let mut factors = FormFactors::new(p.len(), 1 << 32);
+                let ids: Vec<PatchId> = p.ids().collect();
+                engine.make(&ids, &mut factors, &Silent).unwrap();
+                factors
             });
             for id in p.ids() {
                 let row = &rows[id.index()];

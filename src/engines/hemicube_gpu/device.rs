@@ -38,10 +38,10 @@ pub enum GpuError {
     #[error(transparent)]
     Options(#[from] HemicubeError),
     /// There is no adapter.
-    #[error("no graphics adapter was found (Vulkan, Metal or DirectX 12); use --device cpu")]
+    #[error("no graphics adapter was found (Vulkan, Metal or DirectX 12)")]
     NoAdapter,
     /// The adapter gives no device.
-    #[error("the graphics adapter {adapter} cannot be used: {reason}; use --device cpu")]
+    #[error("the graphics adapter {adapter} cannot be used: {reason}")]
     Refused {
         /// Name of the adapter.
         adapter: String,
@@ -49,7 +49,7 @@ pub enum GpuError {
         reason: String,
     },
     /// Something is larger than the adapter allows.
-    #[error("{what} needs {needed}, and the graphics adapter allows {allowed}; use --device cpu")]
+    #[error("{what} needs {needed}, and the graphics adapter allows {allowed}")]
     Limit {
         /// What is too large.
         what: &'static str,
@@ -59,13 +59,13 @@ pub enum GpuError {
         allowed: u64,
     },
     /// The memory of the device does not suffice.
-    #[error("the graphics device has not enough memory; use less --memory or --device cpu")]
+    #[error("the graphics device has not enough memory")]
     OutOfMemory,
     /// The device is gone: reset, unplugged, or its driver failed.
-    #[error("the graphics device was lost ({0}); use --device cpu")]
+    #[error("the graphics device was lost ({0})")]
     Lost(String),
     /// The device did not do as told.
-    #[error("the graphics device failed: {0}; use --device cpu")]
+    #[error("the graphics device failed: {0}")]
     Failed(String),
 }
 

@@ -1,8 +1,10 @@
 //! Form factors made symmetric exchange areas, in the memory that they have.
 
 use super::ClosureError;
-use crate::form_factors::rows::{BLOCK, SinkError};
+use crate::form_factors::block::BLOCK;
+use crate::form_factors::sink::SinkError;
 use crate::form_factors::stored::FormFactors;
+use crate::patches::PatchId;
 use crate::progress::Progress;
 
 /// Turns the form factors of the `taken` patches into exchange areas in the unit of `areas`:
@@ -21,7 +23,7 @@ pub fn symmetrise(
     };
     if taken.contains(&false) {
         factors.rewrite(|i, columns, weights, kept_columns, kept| {
-            let both = |j: u32| taken[i.index()] && taken[j as usize];
+            let both = |j: PatchId| taken[i.index()] && taken[j.index()];
             for (&j, &w) in columns.iter().zip(weights).filter(|e| both(*e.0)) {
                 kept_columns.push(j);
                 kept.push(w);
@@ -29,7 +31,7 @@ pub fn symmetrise(
         })?;
     }
     complete_pattern(factors, go_on)?;
-    let mut rows = factors.rows_mut();
+    let mut rows = factors.plain_rows_mut();
     // Row j meets the rows before it in their order, which is that of its own columns.
     let mut next = vec![0; rows.len()];
     let (mut difference, mut size) = (0.0, 0.0);
@@ -38,13 +40,13 @@ pub fn symmetrise(
         let (columns, weights) = std::mem::take(&mut rows[i]);
         for (&j, weight) in columns.iter().zip(weights.iter_mut()).skip(next[i]) {
             let there = areas[i] * f64::from(*weight);
-            if j as usize == i {
+            if j.index() == i {
                 *weight = stored(there);
                 continue;
             }
-            let back = &mut rows[j as usize].1[next[j as usize]];
-            next[j as usize] += 1;
-            let here = areas[j as usize] * f64::from(*back);
+            let back = &mut rows[j.index()].1[next[j.index()]];
+            next[j.index()] += 1;
+            let here = areas[j.index()] * f64::from(*back);
             difference += 2.0 * (there - here).powi(2);
             size += there * there + here * here;
             *weight = stored(0.5 * (there + here));
@@ -65,19 +67,19 @@ fn complete_pattern(
     factors: &mut FormFactors,
     go_on: impl Fn(usize) -> Result<(), ClosureError>,
 ) -> Result<(), ClosureError> {
-    let rows = factors.shares();
-    let mut missing: Vec<Vec<u32>> = vec![Vec::new(); rows.len()];
+    let rows = factors.plain_rows();
+    let mut missing: Vec<Vec<PatchId>> = vec![Vec::new(); rows.len()];
     let mut next = vec![0; rows.len()];
     let mut count = 0;
-    for (i, (columns, _)) in (0_u32..).zip(&rows) {
-        go_on(i as usize)?;
+    for (i, (columns, _)) in (0..).map(PatchId).zip(&rows) {
+        go_on(i.index())?;
         for &j in *columns {
-            let (other, next) = (rows[j as usize].0, &mut next[j as usize]);
+            let (other, next) = (rows[j.index()].0, &mut next[j.index()]);
             while other.get(*next).is_some_and(|&k| k < i) {
                 *next += 1;
             }
             if other.get(*next) != Some(&i) {
-                missing[j as usize].push(i);
+                missing[j.index()].push(i);
                 count += 1;
             }
         }
@@ -109,14 +111,14 @@ pub fn drop_pairs(
     areas: &[f64],
     threshold: f64,
 ) -> Result<(), SinkError> {
-    let rows = factors.shares();
+    let rows = factors.plain_rows();
     let largest = |w: &[f32]| f64::from(w.iter().copied().fold(0.0, f32::max));
     // The least exchange area that stays on account of each row.
     let least: Vec<f64> =
         rows.iter().zip(areas).map(|(r, a)| (threshold * a).min(largest(r.1))).collect();
     factors.rewrite(|i, columns, weights, kept_columns, kept| {
         for (&j, &w) in columns.iter().zip(weights) {
-            if f64::from(w) >= least[i.index()].min(least[j as usize]) {
+            if f64::from(w) >= least[i.index()].min(least[j.index()]) {
                 kept_columns.push(j);
                 kept.push(w);
             }

@@ -13,6 +13,7 @@
 
 use rayon::prelude::*;
 
+use crate::patches::PatchId;
 use crate::progress::{Cancelled, Progress};
 
 /// Sums are right to this share of themselves.
@@ -56,7 +57,7 @@ pub enum ScalingError {
 /// Finds the scales of the `taken` rows of a symmetric matrix (columns and entries a row) that give them
 /// the `sums`.
 pub fn scale(
-    rows: &[(&[u32], &[f32])],
+    rows: &[(&[PatchId], &[f32])],
     sums: &[f64],
     taken: &[bool],
     progress: &dyn Progress,
@@ -99,7 +100,7 @@ pub fn scale(
 }
 
 struct Rows<'a> {
-    rows: &'a [(&'a [u32], &'a [f32])],
+    rows: &'a [(&'a [PatchId], &'a [f32])],
     sums: &'a [f64],
     taken: &'a [bool],
 }
@@ -116,8 +117,8 @@ struct State {
 impl Rows<'_> {
     /// `S x`.
     fn times(&self, x: &[f64]) -> Vec<f64> {
-        let dot = |(columns, entries): &(&[u32], &[f32])| {
-            columns.iter().zip(*entries).map(|(&j, &s)| f64::from(s) * x[j as usize]).sum()
+        let dot = |(columns, entries): &(&[PatchId], &[f32])| {
+            columns.iter().zip(*entries).map(|(&j, &s)| f64::from(s) * x[j.index()]).sum()
         };
         self.rows.par_iter().map(dot).collect()
     }

@@ -3,14 +3,14 @@
 use proptest::prelude::*;
 
 use super::*;
-use crate::form_factors::{Row, RowSink, Weights};
+use crate::form_factors::{Row, RowBlock, RowSink, Weights};
 use crate::progress::Silent;
 
 /// A matrix of dense rows, zeros left out, with `back` of each row.
 fn matrix(rows: &[Vec<f64>], back: &[f64]) -> FormFactors {
     let n = rows.len();
     let row = |i: usize| {
-        let entries = || (0_u32..).zip(&rows[i]).filter(|e| *e.1 > 0.0);
+        let entries = || (0..).map(PatchId).zip(&rows[i]).filter(|e| *e.1 > 0.0);
         Row {
             columns: entries().map(|e| e.0).collect(),
             weights: Weights::Each(entries().map(|e| *e.1 as f32).collect()),
@@ -20,18 +20,19 @@ fn matrix(rows: &[Vec<f64>], back: &[f64]) -> FormFactors {
     };
     let mut f = FormFactors::new(n, 1 << 24);
     let ids: Vec<PatchId> = (0..n as u32).map(PatchId).collect();
-    f.take(&ids, &(0..n).map(row).collect::<Vec<_>>()).unwrap();
+    let rows: Vec<Row> = (0..n).map(row).collect();
+    f.take(RowBlock::of(&ids, &rows).unwrap()).unwrap();
     f
 }
 
 /// The closed form factors, dense.
 fn dense(f: &FormFactors, c: &Closure) -> Vec<Vec<f64>> {
-    let rows = f.shares();
+    let rows = f.plain_rows();
     let n = rows.len();
     let mut all = vec![vec![0.0; n]; n];
     for (i, (columns, weights)) in rows.iter().enumerate() {
         for (&j, &w) in columns.iter().zip(*weights) {
-            all[i][j as usize] = c.left[i] * f64::from(w) * c.right[j as usize];
+            all[i][j.index()] = c.left[i] * f64::from(w) * c.right[j.index()];
         }
     }
     all

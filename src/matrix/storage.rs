@@ -1,4 +1,4 @@
-//! Where the rows of a matrix are: in memory, or on a shelf that the caller gives.
+//! Where the rows of a matrix are: in memory, or in a store that the caller gives.
 
 use std::fmt::Debug;
 use std::io;
@@ -6,21 +6,26 @@ use std::io;
 use crate::form_factors::{FormFactors, RowAccount, RowSink};
 use crate::patches::PatchId;
 
-/// Where rows of shares go that do not fit in memory, and are read again.
-pub trait Shelf: RowSink + Debug + Send + Sync {
+/// Keeps rows of plain numbers that do not fit in memory, and reads them back.
+pub trait RowStore: RowSink + Debug + Send + Sync {
     /// Replaces `columns` and `values` by the entries of a row taken before; by none without one.
-    fn read(&self, id: PatchId, columns: &mut Vec<u32>, values: &mut Vec<f32>) -> io::Result<()>;
+    fn read(
+        &self,
+        id: PatchId,
+        columns: &mut Vec<PatchId>,
+        values: &mut Vec<f32>,
+    ) -> io::Result<()>;
 }
 
 /// The rows of a matrix.
 #[derive(Debug)]
-pub(super) enum Held {
+pub(super) enum Storage {
     /// In memory.
     Memory(FormFactors),
     /// Elsewhere.
-    Shelf {
+    Store {
         /// Where.
-        shelf: Box<dyn Shelf>,
+        store: Box<dyn RowStore>,
         /// What each row holds beside its entries.
         accounts: Vec<RowAccount>,
         /// Entries of all rows.
@@ -28,12 +33,12 @@ pub(super) enum Held {
     },
 }
 
-impl Held {
+impl Storage {
     /// Number of entries.
     pub fn entries(&self) -> u64 {
         match self {
             Self::Memory(factors) => factors.entries(),
-            Self::Shelf { entries, .. } => *entries,
+            Self::Store { entries, .. } => *entries,
         }
     }
 
@@ -41,20 +46,20 @@ impl Held {
     pub fn account(&self, id: PatchId) -> RowAccount {
         match self {
             Self::Memory(factors) => factors.account(id),
-            Self::Shelf { accounts, .. } => accounts[id.index()],
+            Self::Store { accounts, .. } => accounts[id.index()],
         }
     }
 
     /// Shows `look` the columns of a patch's row and their factors.
-    pub fn row(&self, id: PatchId, look: impl FnOnce(&[u32], &[f32])) -> io::Result<()> {
+    pub fn row(&self, id: PatchId, look: impl FnOnce(&[PatchId], &[f32])) -> io::Result<()> {
         match self {
             Self::Memory(factors) => {
-                let (columns, values) = factors.share(id);
+                let (columns, values) = factors.plain_row(id);
                 look(columns, values);
             }
-            Self::Shelf { shelf, .. } => {
+            Self::Store { store, .. } => {
                 let (mut columns, mut values) = (Vec::new(), Vec::new());
-                shelf.read(id, &mut columns, &mut values)?;
+                store.read(id, &mut columns, &mut values)?;
                 look(&columns, &values);
             }
         }

@@ -1,0 +1,110 @@
+//! What to do about an error: the library says what is wrong and by how much; here stands the flag
+//! that helps. Each text begins with `; `, or is empty.
+
+use hemicube::engines::EngineError;
+use hemicube::form_factors::SinkError;
+use hemicube::matrix::{MatrixError, SameWith, StoredError};
+use hemicube::scene::Sides;
+use hemicube::solution::LightError;
+
+/// About a scene that could not be lit.
+pub fn of_light(error: &LightError) -> String {
+    match error {
+        LightError::Engine(e) => of_engine(e),
+        LightError::Sink(e) => of_sink(e),
+        LightError::NoSky => "; use --engine hemicube, or --sky 0,0,0 and an emitter".to_owned(),
+        LightError::Memory { proposal, .. } => {
+            let larger = proposal.map(|size| format!("--patch-size {size:.3} (m²) or more, "));
+            format!(
+                "; use {}fewer --samples or a lower --resolution, or more --memory",
+                larger.unwrap_or_default()
+            )
+        }
+        _ => String::new(),
+    }
+}
+
+/// About a matrix that was not made.
+pub fn of_matrix(error: &MatrixError) -> String {
+    match error {
+        MatrixError::Engine(e) => of_engine(e),
+        MatrixError::Sink(SinkError::Memory { .. }) => {
+            "; allow more with --memory, or use fewer patches".to_owned()
+        }
+        MatrixError::InsideOut => "; turn them round with --flip, or use --sides two".to_owned(),
+        MatrixError::Open(_) => "; close the gaps or turn the faces round that they see, or \
+             leave --enclosure out"
+            .to_owned(),
+        MatrixError::Stalled(_) => {
+            "; give more --samples or --resolution, or a lower --threshold".to_owned()
+        }
+        MatrixError::NoAccount => {
+            "; use --engine exact, hemicube or rays, or leave --enclosure out".to_owned()
+        }
+        MatrixError::Memory { can_go_to_a_store: true, .. } => {
+            "; allow more with --memory, use fewer patches, or write them to a file with -o, \
+             which need not fit"
+                .to_owned()
+        }
+        MatrixError::Memory { .. } => {
+            "; allow more with --memory, or use fewer patches; without --enclosure they can go \
+             through a file"
+                .to_owned()
+        }
+        _ => String::new(),
+    }
+}
+
+/// About a stored matrix that does not serve a scene.
+pub fn of_stored(error: &StoredError) -> String {
+    match error {
+        StoredError::Foreign { same_with: Some(SameWith { sides, flipped }), .. } => {
+            let sides = match sides {
+                Some(Sides::One) => " --sides one",
+                Some(Sides::Two) => " --sides two",
+                None => "",
+            };
+            let flip = if *flipped { " --flip, which one of both has" } else { "" };
+            format!("; it is the same with{sides}{flip}")
+        }
+        StoredError::Foreign { same_with: None, .. } => {
+            "; check --unit, or make it again with hemicube factors".to_owned()
+        }
+        StoredError::Rows { .. } => "; make it again with hemicube factors".to_owned(),
+        StoredError::Lumped => "; make it without --group".to_owned(),
+        StoredError::Sink(e) => of_sink(e),
+        _ => String::new(),
+    }
+}
+
+/// About an engine that cannot be had, or failed.
+pub fn of_engine(error: &EngineError) -> String {
+    match error {
+        EngineError::Clusters(_) => "; use --cluster off".to_owned(),
+        #[cfg(feature = "gpu")]
+        EngineError::Gpu(e) => of_gpu(e),
+        _ => String::new(),
+    }
+}
+
+/// About a graphics device.
+#[cfg(feature = "gpu")]
+pub fn of_gpu(error: &hemicube::engines::GpuError) -> String {
+    use hemicube::engines::GpuError;
+    match error {
+        GpuError::Options(_) => String::new(),
+        GpuError::OutOfMemory => "; use less --memory, or --device cpu".to_owned(),
+        _ => "; use --device cpu".to_owned(),
+    }
+}
+
+fn of_sink(error: &SinkError) -> String {
+    match error {
+        SinkError::Memory { .. } | SinkError::Allocation(_) => {
+            "; use a larger --patch-size, fewer --samples or a lower --resolution, or more \
+             --memory"
+                .to_owned()
+        }
+        SinkError::Store(_) => String::new(),
+    }
+}

@@ -1,0 +1,32 @@
+//! How far apart the two halves of sampled rows are, carried through the solution.
+
+use super::options::LightOptions;
+use crate::direct::DirectLight;
+use crate::form_factors::FormFactors;
+use crate::progress::Progress;
+use crate::scene::Rgb;
+use crate::solve::{SolveError, SolveOptions, System, solve_near};
+
+/// Irradiance as each half of the rays alone would give it, to the first order of their difference: by
+/// what each half finds that the light that it gathers should be, and by where that light then goes.
+pub(super) fn solve_halves(
+    system: &System<'_>,
+    irradiance: &[Rgb],
+    halves: &[FormFactors; 2],
+    direct: &[DirectLight],
+    options: &LightOptions,
+    progress: &dyn Progress,
+) -> Result<[Vec<Rgb>; 2], SolveError> {
+    /// Differences of halves are no better than the noise that they tell of.
+    const TOLERANCE: f64 = 1e-2;
+    let [a, b] = [0, 1].map(|k| {
+        let direct: Vec<Rgb> = direct.iter().map(|d| d.halves[k]).collect();
+        System { factors: &halves[k], direct: &direct, ..*system }.gather(irradiance, TOLERANCE)
+    });
+    let found: Vec<Rgb> = a.iter().zip(&b).map(|(a, b)| (*a - *b) * 0.5).collect();
+    let system = System { direct: &found, ..*system };
+    let solving = SolveOptions { tolerance: TOLERANCE, ..options.solve(true) };
+    let (spread, _) = solve_near(&system, &found, &solving, progress)?;
+    let side = |sign: f64| irradiance.iter().zip(&spread).map(|(h, s)| *h + *s * sign).collect();
+    Ok([side(1.0), side(-1.0)])
+}

@@ -1,0 +1,244 @@
+//! The conductor: from a scene to its solution.
+
+use std::sync::Arc;
+
+use super::error::LightError;
+use super::halves::solve_halves;
+use super::memory::check_memory;
+use super::options::{Adaptive, CLUSTERED_PATCHES, LightOptions};
+use crate::direct::{self, ApartOptions, DirectLight};
+use crate::engines::{AssembleError, Engine, EngineOptions, EngineReport, assemble_lit};
+use crate::form_factors::{Account, FormFactors, RowsReport};
+use crate::patches::{PatchId, Patches};
+use crate::progress::Progress;
+use crate::reconstruct::Field;
+use crate::refine::factor::FactorRule;
+use crate::report::{Clock, Report};
+use crate::scene::{Rgb, Scene};
+use crate::solve::{EnergyBalance, System, solve};
+use crate::visibility::{Bvh, COVERED, uncover};
+
+/// A lit scene: patches and their irradiance.
+#[derive(Debug, Clone)]
+pub struct Solution {
+    /// The patches.
+    pub patches: Patches,
+    /// Irradiance H of each, W/m² or lx.
+    pub irradiance: Vec<Rgb>,
+    /// Whether a patch's value stands for what is seen of it: it has a row and is not covered.
+    pub usable: Vec<bool>,
+    /// Irradiance as each of two independent halves of the rays alone gives it, where rows are
+    /// sampled.
+    pub halves: Option<[Vec<Rgb>; 2]>,
+    /// How it came about.
+    pub report: Report,
+}
+
+impl Solution {
+    /// Irradiance as a smooth field over the surfaces.
+    #[must_use]
+    pub fn field<'a>(&'a self, scene: &Scene) -> Field<'a> {
+        Field::new(&scene.geometry, &self.patches, &self.irradiance, |i| self.usable[i.index()])
+    }
+}
+
+/// Lights a scene.
+pub fn light(
+    scene: &Scene,
+    options: &LightOptions,
+    progress: &dyn Progress,
+) -> Result<Solution, LightError> {
+    let geometry = &scene.geometry;
+    if !options.engine.knows_environment() && scene.sky != Rgb::ZERO {
+        return Err(LightError::NoSky);
+    }
+    let mut clock = Clock::start();
+    let cluster = options.clusters(geometry);
+    let patch_size = match (options.patch_size, options.adaptive) {
+        (Some(size), _) => size,
+        (None, None) if cluster => Patches::clustered_area(geometry, CLUSTERED_PATCHES),
+        (None, None) => Patches::area_adding(geometry, options.default_patches()),
+        // Adaptive subdivision begins with whole source triangles.
+        (None, Some(_)) => f64::INFINITY,
+    };
+    let finest = options.adaptive.map_or(patch_size, |a| a.min_area.min(patch_size));
+    let finest = if cluster {
+        Patches::clustered(geometry, finest, &scene.optics.material_of)?
+    } else {
+        Patches::uniform(geometry, finest)?
+    };
+    let bvh = Bvh::new(geometry);
+    let finest = uncover(geometry, finest, &bvh);
+    clock.lap("subdivide");
+
+    let mut engine = options.engine.engine(geometry, &finest, &bvh, options.memory)?;
+    let engine_report = options.engine.report(&*engine);
+    check_memory(&mut *engine, &finest, patch_size, options.memory)?;
+    let refined = match options.adaptive {
+        None => None,
+        Some(Adaptive { max_factor, min_area }) => {
+            let start_area = Some(patch_size);
+            let rule = FactorRule { max_factor, min_area, start_area, balance: true };
+            progress.stage("form factors", 0);
+            let shared = Arc::new(finest.clone());
+            Some(rule.refine(geometry, shared, &mut *engine, options.memory, progress)?)
+        }
+    };
+    let lamps;
+    let (patches, factors) = match refined {
+        // Rows from the centres of patches serve every mesh that has the same centres; rows from all
+        // over a patch do not.
+        Some(refined) if engine.sees_from_centres() => {
+            lamps = direct::from_lamps(scene, &refined.patches, &bvh);
+            drop(engine);
+            (refined.patches, refined.factors)
+        }
+        Some(refined) => {
+            drop(engine);
+            lamps = direct::from_lamps(scene, &refined.patches, &bvh);
+            let mut engine =
+                options.engine.engine(geometry, &refined.patches, &bvh, options.memory)?;
+            let rows = rows(scene, &refined.patches, &lamps, &mut *engine, options, progress)?;
+            drop(engine);
+            (refined.patches, rows)
+        }
+        None => {
+            lamps = direct::from_lamps(scene, &finest, &bvh);
+            let rows = rows(scene, &finest, &lamps, &mut *engine, options, progress)?;
+            drop(engine);
+            (finest, rows)
+        }
+    };
+    clock.lap("form factors");
+    let apart = matches!(options.engine, EngineOptions::Rays(_)).then_some(options.direct);
+    let made = Made { patches, factors, bvh, apart, patch_size, engine: engine_report };
+    lit_by(scene, made, &lamps, options, clock, progress)
+}
+
+/// Lights a scene by the form factors of patches that are there already.
+pub fn light_by(
+    scene: &Scene,
+    patches: Patches,
+    factors: FormFactors,
+    options: &LightOptions,
+    progress: &dyn Progress,
+) -> Result<Solution, LightError> {
+    let clock = Clock::start();
+    let bvh = Bvh::new(&scene.geometry);
+    let lamps = direct::from_lamps(scene, &patches, &bvh);
+    let patch_size = patches.ids().map(|i| patches.area(i)).fold(0.0, f64::max);
+    let engine = EngineReport::named("stored");
+    let made = Made { patches, factors, bvh, apart: None, patch_size, engine };
+    lit_by(scene, made, &lamps, options, clock, progress)
+}
+
+/// What light goes by.
+struct Made {
+    patches: Patches,
+    factors: FormFactors,
+    bvh: Bvh,
+    /// How emitters are set apart from the factors, if they are.
+    apart: Option<ApartOptions>,
+    patch_size: f64,
+    engine: EngineReport,
+}
+
+/// Solves the balance of light by the form factors made.
+fn lit_by(
+    scene: &Scene,
+    made: Made,
+    lamps: &[Rgb],
+    options: &LightOptions,
+    mut clock: Clock,
+    progress: &dyn Progress,
+) -> Result<Solution, LightError> {
+    let geometry = &scene.geometry;
+    let Made { patches, factors, bvh, apart, patch_size, engine } = made;
+    let rho = direct::reflectance(&scene.optics, &patches);
+    let emission = direct::emission(&scene.optics, &patches);
+    let mut direct = match apart {
+        Some(apart) => {
+            progress.stage("direct light", 0);
+            let found = direct::apart(scene, &patches, &factors, &bvh, apart);
+            clock.lap("direct light");
+            found
+        }
+        None => direct::through_rows(&factors, &emission, scene.sky)
+            .into_iter()
+            .map(DirectLight::from)
+            .collect(),
+    };
+    for (direct, lamps) in direct.iter_mut().zip(lamps) {
+        *direct += *lamps;
+    }
+    let areas: Vec<f64> = patches.ids().map(|i| patches.own_area(i)).collect();
+    let all: Vec<Rgb> = direct.iter().map(|d| d.irradiance).collect();
+    let system = System { factors: &factors, rho: &rho, direct: &all, areas: &areas };
+    progress.stage("solve", 0);
+    let halves = factors.halves();
+    let solving = options.solve(halves.is_some());
+    let (irradiance, solved) = solve(&system, &solving, progress)?;
+    let halves = match halves {
+        Some(halves) => {
+            Some(solve_halves(&system, &irradiance, &halves, &direct, options, progress)?)
+        }
+        None => None,
+    };
+    clock.lap("solve");
+
+    let usable: Vec<bool> =
+        patches.ids().map(|i| factors.has_row(i) && factors.account(i).back <= COVERED).collect();
+    let report = Report {
+        scene: scene.name.clone(),
+        source_triangles: geometry.len(),
+        patches: patches.len(),
+        clusters: patches.ids().filter(|&i| patches.is_cluster(i)).count(),
+        patch_size,
+        engine: Some(engine),
+        rows: Some(rows_report(&factors, &areas)),
+        solve: Some(solved),
+        error: None,
+        energy: Some(EnergyBalance::of(&system, &emission, scene.sky, Some(lamps), &irradiance)),
+        stages: clock.stages,
+        peak_memory_bytes: None,
+    };
+    Ok(Solution { patches, irradiance, usable, halves, report })
+}
+
+/// The rows of all patches that light can reach; `lamps` is what each receives from lamps.
+fn rows(
+    scene: &Scene,
+    patches: &Patches,
+    lamps: &[Rgb],
+    engine: &mut dyn Engine,
+    options: &LightOptions,
+    progress: &dyn Progress,
+) -> Result<FormFactors, AssembleError> {
+    let mut factors = FormFactors::new(patches.len(), options.memory);
+    progress.stage("form factors", patches.len() as u64);
+    if engine.pairs().is_some() {
+        // Each pair once is faster than rows of the lit sides alone: sides that face emptiness or
+        // their neighbours in the dark cost little.
+        let ids: Vec<PatchId> = patches.ids().collect();
+        engine.make(&ids, &mut factors, progress)?;
+        return Ok(factors);
+    }
+    let rho = direct::reflectance(&scene.optics, patches);
+    let emission = direct::emission(&scene.optics, patches);
+    let has_sky = scene.sky.max_element() > 0.0;
+    let bright = |values: &[Rgb], i: PatchId| values[i.index()].max_element() > 0.0;
+    let seeds = patches.ids().filter(|&i| has_sky || bright(&emission, i) || bright(lamps, i));
+    let shines = |i: PatchId| (rho[i.index()] + emission[i.index()]).max_element() > 0.0;
+    assemble_lit(engine, patches, seeds, shines, &mut factors, progress)?;
+    Ok(factors)
+}
+
+/// The account of all rows. `areas` (m²) are those of the patches.
+fn rows_report(factors: &FormFactors, areas: &[f64]) -> RowsReport {
+    let with_row: Vec<PatchId> =
+        (0..factors.len() as u32).map(PatchId).filter(|&i| factors.has_row(i)).collect();
+    let sampled = factors.halves().is_some();
+    let mut account = Account::new(areas, if sampled { &[] } else { &with_row });
+    account.add_all(factors);
+    account.report()
+}
