@@ -1,55 +1,75 @@
 //! Exact form factors: the unoccluded factor of each pair in closed form or by a rule of bounded
-//! error, times its visible share.
+//! error, times its visible fraction.
 //!
 //! ```text
 //! A_i F_ij = A_j F_ji = S_ij = v ∫_i ∫_j K dA dA        K = cos θ_i cos θ_j / (π r²)
 //! v = ∫∫ K V dA dA / ∫∫ K dA dA
 //! ```
 //!
-//! 1. The unoccluded factor of near and touching pairs is integrated along contours (`unoccluded`);
-//!    that of far pairs is summed over points, 16 at a time (`triangles`, `far`).
-//! 2. Patches go into a hierarchy (`tree`). Blockers are joined to large convex polygons (`blockers`)
-//!    and sorted out between two nodes of the hierarchy (`shaft`). All this is the scene as the engine
-//!    keeps it (`model`).
-//! 3. Of a pair that is partly hidden, the visible fraction is found by clipping, in closed form on one
-//!    of the patches (`cover`, `visible`). Where many blockers overlap, shadow rays tell; between
-//!    touching patches these go by solid angle (`samples`, `points`).
-//! 4. Where sorting out many small blockers would take longer than rays, far pairs get rays alone: the
-//!    fewer, the less their factor weighs among all, and packed over neighbouring pairs (`probes`).
-//! 5. From two tiles of the hierarchy down to two patches (`tile`), most pairs are proved to see each
-//!    other completely, or not at all. Tiles are evaluated on all threads (`pairs`).
-//! 6. How many rays the error asked for takes follows from what a sample of rows errs by (`budget`);
-//!    the errors of all pairs add up to [`Exact::estimate`].
-//! 7. What pairs exchange becomes rows of form factors (`rows`), or all of them at once (`matrix`).
+//! 1. *Unoccluded factor.* The `polygon`s of near and touching pairs are integrated
+//!    (`unoccluded`), along their `contour`s if need be; far pairs are summed over points, 16 at a
+//!    time (`triangles`, `far`).
+//! 2. *Blockers.* Solid triangles are joined to large `convex` polygons, and these to closed
+//!    convex bodies (`blockers`).
+//! 3. *Hierarchy.* Patches, which consist of `pieces`, have `places` in a `tree`, and blockers are
+//!    sorted out between two of its nodes (`shaft`). This is the scene as the engine keeps it
+//!    (`model`).
+//! 4. *Visible fraction.* Of a `pair` that is partly hidden, blockers are clipped (`clip`), and
+//!    what they hide of one polygon has a closed form for each point of the other (`occluded`,
+//!    `closed_form`). Where many blockers overlap, shadow rays tell (`samples`, `points`,
+//!    `pair_rays`); between touching patches these go by solid angle. `visible` chooses.
+//! 5. *Many pairs.* Where sorting out many small blockers would take longer than rays, far pairs
+//!    get rays alone: the fewer, the less their factor weighs among all (`effort`), and packed
+//!    over neighbouring pairs (`shadow_rays`).
+//! 6. *Tiles.* From two tiles of the hierarchy down to two patches, most pairs are proved to see
+//!    each other completely, or not at all (`sight`); the others are evaluated (`tile`), their
+//!    errors added up (`tally`), and all tiles shared out among threads (`pairs`).
+//! 7. *Error.* A sample of rows tells how many rays the error asked for takes (`budget`);
+//!    [`Exact::estimate`] is what all pairs err by.
+//! 8. *Rows.* What pairs exchange becomes form factors: of some rows (`rows`), or of all at once
+//!    (`matrix`).
 //!
-//! What something stands on is cut along the contact ([`Patches::own_area`]); far pairs take such a patch
-//! for one triangle of the same second moments (`triangles`).
+//! A patch that something stands on is cut along the contact ([`Patches::own_area`]); in far pairs
+//! it counts as one triangle of the same second moments (`triangles`).
 //!
-//! Each pair is evaluated once, in the order of the hierarchy, and S is stored rounded towards zero:
-//! so reciprocity holds to stored precision, and 0 ≤ S ≤ min(A_i, A_j) always.
+//! Each pair is evaluated once, in the order of the hierarchy, and S is stored rounded towards
+//! zero: so reciprocity holds to stored precision, and 0 ≤ S ≤ min(A_i, A_j) always.
 //!
 //! # What a row does not know
-//! `environment` and `back` of a row whose sampled rays end there share what the factors leave of 1,
-//! in the proportion of these rays, but no more than the rays allow for; the rest is `lost`, and may be
-//! negative. Where no ray ends there, all that the factors leave is `lost`: the error of the row.
+//! Sampled rays tell where the rest of a row ends, which is 1 less the sum of its factors. It is
+//! divided among `environment` and `back` in the proportion of these rays, as far as the rays allow
+//! for it. What then is left is `lost`, and may be negative: the error of the row.
 //!
 //! # Deviations
-//! - Far pairs behind crowds of small blockers (`probes`) get few shadow rays, whose points are uniform
-//!   and not weighted by the kernel; pairs whose first rays, and those of their neighbours, all agree
-//!   are not looked at again, so faint half-shadows lean towards all or nothing.
+//! - Far pairs behind crowds of small blockers (`shadow_rays`) get few shadow rays, whose points are
+//!   uniform and not weighted by the kernel; pairs whose first rays, and those of their neighbours,
+//!   all agree are not looked at again, so faint half-shadows lean towards all or nothing.
 
 mod blockers;
 mod budget;
-mod cover;
+mod clip;
+mod closed_form;
+mod contour;
+mod convex;
+mod effort;
 mod far;
 mod matrix;
 mod model;
+mod occluded;
+mod pair;
+mod pair_rays;
 mod pairs;
+mod pieces;
+mod places;
 mod points;
-mod probes;
+mod polygon;
 mod rows;
 mod samples;
+mod sets;
+mod shadow_rays;
 mod shaft;
+mod sight;
+mod tally;
 #[cfg(test)]
 mod tests;
 mod tile;
@@ -72,8 +92,8 @@ use rows::Accounts;
 /// How exact form factors are to be.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ExactOptions {
-    /// Root-mean-square error of the factors aimed at, as a share of their root-mean-square. Default
-    /// 1e-3.
+    /// Root-mean-square error of the factors aimed at, as a share of their root-mean-square.
+    /// Default 1e-3.
     pub error: f64,
     /// Other seeds give other shadow rays. Default 0.
     pub seed: u32,
@@ -103,22 +123,22 @@ impl<'a> Exact<'a> {
         let ExactOptions { error, seed } = options;
         let error = error.clamp(1e-6, 1.0);
         let mut pairs = Pairs::new(Model::new(geometry, patches, bvh, error), error, seed);
-        pairs.scale = ray_scale(&pairs);
+        pairs.effort.scale = ray_scale(&pairs);
         Self { pairs, accounts: Accounts::new(geometry, patches, bvh, seed) }
     }
 
     /// Pairs that exchange anything, those of them with a possible blocker, and shadow rays so far.
     #[must_use]
     pub fn counts(&self) -> [u64; 3] {
-        let c = self.pairs.counts();
+        let c = self.pairs.tally();
         [c.pairs, c.partly, c.rays]
     }
 
-    /// Root-mean-square error of all factors found so far over their root-mean-square, as far as the
-    /// points and rays that visible fractions come from tell by their differences.
+    /// Root-mean-square error of all factors found so far over their root-mean-square, as far as
+    /// the points and rays that visible fractions come from tell by their differences.
     #[must_use]
     pub fn estimate(&self) -> f64 {
-        let c = self.pairs.counts();
+        let c = self.pairs.tally();
         if c.squares > 0 { (c.errors as f64 / c.squares as f64).sqrt() } else { 0.0 }
     }
 }

@@ -4,70 +4,66 @@ use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
 
+use super::effort::Effort;
 use super::model::Model;
-use super::tile::{Counts, Task, Work};
+use super::places::{Place, TileId, Wanted};
+use super::tally::Tally;
+use super::tile::{Task, TileBuffers};
 use crate::patches::PatchId;
 
-/// Evaluates pairs, and adds up what that took.
+/// Evaluates pairs, and adds up what was done.
 pub(super) struct Pairs<'a> {
     pub model: Model<'a>,
-    /// The error that is worked towards.
-    error: f64,
+    pub effort: Effort,
     seed: u32,
-    /// How many times more shadow rays than usual pairs get.
-    pub scale: f64,
-    work: Mutex<Vec<Work>>,
-    counts: Mutex<Counts>,
+    buffers: Mutex<Vec<TileBuffers>>,
+    tally: Mutex<Tally>,
 }
 
 /// What some patches exchange with each, in m².
 pub(super) struct ExchangeRows {
-    /// Which row is of a place in the order of the tree.
+    /// Which row is of a place.
     row_of: Vec<u32>,
     /// By the ids of patches.
     rows: Vec<Vec<f32>>,
 }
 
 impl ExchangeRows {
-    /// The row of the patch at a place in the order of the tree, if it was asked for.
-    pub fn of(&self, place: usize) -> &[f32] {
-        self.rows.get(self.row_of[place] as usize).map_or(&[], |row| row)
+    /// The row of the patch at a place; empty if it was not asked for.
+    pub fn of(&self, at: Place) -> &[f32] {
+        self.rows.get(self.row_of[at.index()] as usize).map_or(&[], |row| row)
     }
 }
 
 impl<'a> Pairs<'a> {
     pub fn new(model: Model<'a>, error: f64, seed: u32) -> Self {
-        let (work, counts) = (Mutex::default(), Mutex::default());
-        Self { model, error, seed, scale: 1.0, work, counts }
+        let effort = Effort { error, scale: 1.0 };
+        Self { model, effort, seed, buffers: Mutex::default(), tally: Mutex::default() }
     }
 
-    /// How the pairs of wanted patches are evaluated, or all.
-    pub fn task<'b>(&'b self, wanted: Option<&'b [bool]>) -> Task<'b> {
-        let Self { model, error, seed, scale, .. } = self;
-        Task { model, error: *error, scale: *scale, seed: *seed, wanted }
+    /// How the pairs of wanted patches are evaluated.
+    pub fn task<'b>(&'b self, wanted: Wanted<'b>) -> Task<'b> {
+        Task { model: &self.model, effort: self.effort, seed: self.seed, wanted }
     }
 
     /// Hands over `(i, j, S)` of the pairs of two tiles that exchange anything.
-    pub fn tile(&self, task: &Task<'_>, [a, b]: [u32; 2], each: impl FnMut(usize, usize, f32)) {
-        let all = || self.work.lock().unwrap_or_else(PoisonError::into_inner);
+    pub fn tile(&self, task: &Task<'_>, tiles: [TileId; 2], each: impl FnMut(Place, Place, f32)) {
+        let all = || self.buffers.lock().unwrap_or_else(PoisonError::into_inner);
         let reused = all().pop();
-        let mut work = reused.unwrap_or_default();
-        task.tile(a, b, &mut work, each);
-        let counts = std::mem::take(&mut work.counts);
-        let mut sum = self.counts.lock().unwrap_or_else(PoisonError::into_inner);
-        *sum = sum.and(counts);
+        let mut buffers = reused.unwrap_or_default();
+        task.tile(tiles, &mut buffers, each);
+        let tally = std::mem::take(&mut buffers.tally);
+        let mut sum = self.tally.lock().unwrap_or_else(PoisonError::into_inner);
+        *sum = sum.and(tally);
         drop(sum);
-        all().push(work);
+        all().push(buffers);
     }
 
     /// The pairs of tiles that hold pairs of wanted patches.
-    pub fn tiles(&self, wanted: &[bool]) -> Vec<[u32; 2]> {
+    pub fn tiles(&self, wanted: &[bool]) -> Vec<[TileId; 2]> {
         let tree = &self.model.tree;
-        let asked = |t: u32| {
-            let node = &tree.nodes[t as usize];
-            wanted[node.from as usize..node.to as usize].iter().any(|&w| w)
-        };
-        let asked: Vec<(u32, bool)> = tree.tiles.iter().map(|&t| (t, asked(t))).collect();
+        let asked = |tile: TileId| wanted[tree.tile(tile).range()].iter().any(|&w| w);
+        let asked: Vec<(TileId, bool)> = tree.tiles().map(|tile| (tile, asked(tile))).collect();
         let mut tiles = Vec::new();
         for (k, &(a, all)) in asked.iter().enumerate() {
             tiles.extend(asked[k..].iter().filter(|b| all || b.1).map(|&(b, _)| [a, b]));
@@ -80,27 +76,27 @@ impl<'a> Pairs<'a> {
         let n = self.model.len();
         let mut wanted = vec![false; n];
         let mut row_of = vec![u32::MAX; n];
-        for (k, id) in (0..).zip(ids) {
-            let place = self.model.place[id.index()] as usize;
-            (wanted[place], row_of[place]) = (true, k);
+        for (k, &id) in (0..).zip(ids) {
+            let at = self.model.place(id).index();
+            (wanted[at], row_of[at]) = (true, k);
         }
         let order = &self.model.tree.order;
         let mut rows: Vec<Vec<f32>> = vec![vec![0.0; n]; ids.len()];
-        let task = self.task(Some(&wanted));
-        let mut found: Vec<Vec<(u32, u32, f32)>> = Vec::new();
+        let task = self.task(Wanted(Some(&wanted)));
+        let mut found: Vec<Vec<(Place, Place, f32)>> = Vec::new();
         for tiles in self.tiles(&wanted).chunks(256) {
             tiles
                 .par_iter()
                 .map(|&tiles| {
                     let mut entries = Vec::new();
-                    self.tile(&task, tiles, |i, j, s| entries.push((i as u32, j as u32, s)));
+                    self.tile(&task, tiles, |i, j, s| entries.push((i, j, s)));
                     entries
                 })
                 .collect_into_vec(&mut found);
             for &(i, j, s) in found.iter().flatten() {
                 for (from, to) in [(i, j), (j, i)] {
-                    if let Some(row) = rows.get_mut(row_of[from as usize] as usize) {
-                        row[order[to as usize] as usize] = s;
+                    if let Some(row) = rows.get_mut(row_of[from.index()] as usize) {
+                        row[order[to.index()].index()] = s;
                     }
                 }
             }
@@ -109,12 +105,12 @@ impl<'a> Pairs<'a> {
     }
 
     /// What was done so far.
-    pub fn counts(&self) -> Counts {
-        *self.counts.lock().unwrap_or_else(PoisonError::into_inner)
+    pub fn tally(&self) -> Tally {
+        *self.tally.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// What was done so far, which is forgotten.
-    pub fn take_counts(&self) -> Counts {
-        std::mem::take(&mut *self.counts.lock().unwrap_or_else(PoisonError::into_inner))
+    pub fn take_tally(&self) -> Tally {
+        std::mem::take(&mut *self.tally.lock().unwrap_or_else(PoisonError::into_inner))
     }
 }

@@ -4,18 +4,19 @@ use rayon::prelude::*;
 
 use super::model::Model;
 use super::pairs::Pairs;
-use super::tile::down;
+use super::tally::down;
 use crate::engines::rays::{Rays, RaysOptions};
 use crate::form_factors::{Row, RowAccount, Weights};
 use crate::patches::{PatchId, Patches};
 use crate::scene::Geometry;
 use crate::visibility::Bvh;
 
-/// Rays that tell where the rest of a row ends: first so many, and more if they leave some of it open.
+/// Rays that tell where the rest of a row ends: first so many, and more if they leave some of it
+/// open.
 const RAYS: [usize; 2] = [256, 4096];
 
-/// The rest of a row may exceed what rays find by this share of 1, and by three times their standard
-/// error, before it is `lost`.
+/// The rest of a row may exceed what rays find by this, and by three times their standard error,
+/// before it is `lost`.
 const ERROR: f64 = 1e-3;
 
 /// Finds out where what the factors of a row leave of 1 ends.
@@ -35,8 +36,8 @@ impl<'a> Accounts<'a> {
             let gone = rays.environment + rays.back;
             let noise = 3.0 * (gone * (1.0 - gone).max(0.0) / engine.samples() as f64).sqrt();
             let known = rest.clamp(0.0, gone + noise + ERROR);
-            let share = if gone > 0.0 { known / gone } else { 0.0 };
-            let (environment, back) = (share * rays.environment, share * rays.back);
+            let scale = if gone > 0.0 { known / gone } else { 0.0 };
+            let (environment, back) = (scale * rays.environment, scale * rays.back);
             account = RowAccount { environment, back, lost: rest - environment - back };
             if account.lost.abs() <= ERROR || rest <= 0.0 {
                 break;
@@ -51,7 +52,7 @@ pub(super) fn make(pairs: &Pairs<'_>, accounts: &Accounts<'_>, ids: &[PatchId], 
     let model = &pairs.model;
     let exchange = pairs.rows(ids);
     out.par_iter_mut().zip(ids).for_each_init(Row::default, |rays, (row, id)| {
-        let exchange = exchange.of(model.place[id.index()] as usize);
+        let exchange = exchange.of(model.place(*id));
         row.half = 0;
         let mut weights = match std::mem::take(&mut row.weights) {
             Weights::Each(w) => w,
@@ -75,7 +76,7 @@ pub(super) fn entries(
     columns: &mut Vec<PatchId>,
     weights: &mut Vec<f32>,
 ) {
-    let inverse = 1.0 / model.areas[model.place[id.index()] as usize];
+    let inverse = 1.0 / model.area(model.place(id));
     let from = columns.len();
     let count = exchange.iter().filter(|s| **s > 0.0).count();
     // Every entry is written, and the next one overwrites it if it is zero: a branch would be

@@ -3,8 +3,8 @@
 /// Most shadow rays of a pair.
 pub(super) const MOST_RAYS: usize = 1024;
 
-/// Square of the error of all rays of a pair over that of the difference of its two halves: a quarter
-/// if rays were independent; they are stratified.
+/// Square of the error of all rays of a pair over that of the difference of its two halves: a
+/// quarter if rays were independent; they are stratified.
 const TOGETHER: f64 = 0.21;
 
 /// [`MOST_RAYS`] points of a four-dimensional Sobol' sequence, scrambled as Owen (1995) does.
