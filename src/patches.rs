@@ -87,9 +87,7 @@ pub enum PatchesError {
     #[error("the patch size must be a positive area in m²")]
     BadArea,
     /// More patches than ids, or a single triangle split too finely.
-    #[error(
-        "the patch size is too small for this scene: {count} patches (at most {MAX_PATCHES}); use a larger --patch-size or --min-patch"
-    )]
+    #[error("the patch size is too small for this scene: {count} patches (at most {MAX_PATCHES})")]
     TooMany {
         /// How many patches it would take (at least).
         count: u64,

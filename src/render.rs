@@ -18,7 +18,8 @@ use crate::reconstruct::Field;
 use crate::scene::{Camera, Rgb, Scene, Side, TextureSampler, luminance};
 pub use viewpoint::{Viewpoint, viewpoint};
 
-use crate::visibility::{Edges, Face, Frame, ItemBuffer, NOTHING, Occluders, View, multiversion};
+use crate::simd::multiversion;
+use crate::visibility::{Edges, Face, Frame, ItemBuffer, NOTHING, Occluders, View};
 
 /// Size and quality of a picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -41,9 +42,7 @@ impl Default for PictureOptions {
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum RenderError {
     /// No pixel, or more than memory should hold.
-    #[error(
-        "a picture of {0} x {1} pixels cannot be made; give --size WxH between 1x1 and 16384x16384"
-    )]
+    #[error("a picture of {0} x {1} pixels cannot be made; 1 x 1 to 16384 x 16384 can")]
     Size(usize, usize),
     /// The camera looks nowhere.
     #[error("{0}")]

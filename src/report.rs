@@ -8,7 +8,7 @@ use crate::engines::EngineReport;
 use crate::form_factors::RowsReport;
 use crate::solve::{EnergyBalance, SolveReport};
 
-/// Everything worth knowing about one run; serialises to `--report out.json`.
+/// Everything worth knowing about one run; serialises to JSON.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct Report {
     /// Name of the scene.

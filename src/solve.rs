@@ -8,6 +8,7 @@ mod direct;
 mod energy;
 mod gauss_seidel;
 mod jacobi;
+mod lu;
 mod shooting;
 
 use rayon::prelude::*;
@@ -20,6 +21,7 @@ use crate::form_factors::FormFactors;
 use crate::patches::PatchId;
 use crate::progress::{Cancelled, Progress};
 use crate::scene::Rgb;
+use crate::units::Bytes;
 
 /// How the energy balance is solved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
@@ -75,7 +77,8 @@ pub struct SolveReport {
 pub enum SolveError {
     /// The residual did not fall below the tolerance.
     #[error(
-        "the solver did not converge: residual {residual:.2e} after {iterations} iterations, {tolerance:.0e} wanted; lower --max-reflectance, or use --solver gauss-seidel"
+        "the solver did not converge: residual {residual:.2e} after {iterations} iterations, \
+         {tolerance:.0e} wanted"
     )]
     NoConvergence {
         /// Iterations made.
@@ -87,15 +90,16 @@ pub enum SolveError {
     },
     /// The dense matrix of [`Method::Direct`] does not fit in memory.
     #[error(
-        "solving {patches} patches exactly takes {needed_mib} MiB, {allowed_mib} MiB are allowed; use --solver gauss-seidel, a larger --patch-size or more --memory"
+        "solving {patches} patches exactly takes {}, {} are allowed",
+        Bytes(*needed), Bytes(*allowed)
     )]
     TooLarge {
         /// Patches with a row: unknowns of the system.
         patches: usize,
-        /// Predicted need in MiB.
-        needed_mib: u64,
-        /// What is allowed in MiB.
-        allowed_mib: u64,
+        /// Predicted need in bytes.
+        needed: u64,
+        /// What is allowed in bytes.
+        allowed: u64,
     },
     /// The caller cancelled.
     #[error("cancelled")]
@@ -304,8 +308,7 @@ mod tests {
         };
         let o = SolveOptions { method: Method::Direct, memory: 70, ..SolveOptions::default() };
         let error = solve(&system, &o, &Silent).unwrap_err();
-        assert_eq!(error, SolveError::TooLarge { patches: 3, needed_mib: 1, allowed_mib: 0 });
-        assert!(error.to_string().contains("--solver gauss-seidel"));
+        assert_eq!(error, SolveError::TooLarge { patches: 3, needed: 79, allowed: 70 });
 
         let mut closed = FormFactors::new(2, 1 << 20);
         let all = |j| Row { columns: vec![j], weights: Weights::Each(vec![1.0]), ..Row::default() };

@@ -18,7 +18,7 @@ pub enum Tone {
     Linear,
 }
 
-/// What `--exposure auto` brings the mean of lit surfaces to, before the tone map.
+/// What automatic exposure brings the mean of lit surfaces to, before the tone map.
 pub const KEY: f64 = 0.18;
 
 impl Tone {

@@ -1,17 +1,28 @@
 //! What to do about an error: the library says what is wrong and by how much; here stands the flag
 //! that helps. Each text begins with `; `, or is empty.
 
-use hemicube::engines::EngineError;
+use hemicube::engines::{AssembleError, EngineError};
+use hemicube::export::ReadError;
 use hemicube::form_factors::SinkError;
 use hemicube::matrix::{MatrixError, SameWith, StoredError};
+use hemicube::patches::PatchesError;
+use hemicube::refine::factor::RefineError;
+use hemicube::render::RenderError;
 use hemicube::scene::Sides;
 use hemicube::solution::LightError;
+use hemicube::solve::SolveError;
 
 /// About a scene that could not be lit.
 pub fn of_light(error: &LightError) -> String {
     match error {
+        LightError::Patches(e) => of_patches(e),
+        LightError::Refine(RefineError::Tolerance(_)) => "; give another --max-factor".to_owned(),
+        LightError::Refine(RefineError::Clusters) => "; use --cluster off".to_owned(),
+        LightError::Refine(RefineError::Assemble(AssembleError::Sink(e))) => of_sink(e),
+        LightError::Refine(RefineError::Assemble(AssembleError::Engine(e))) => of_engine(e),
         LightError::Engine(e) => of_engine(e),
         LightError::Sink(e) => of_sink(e),
+        LightError::Solve(e) => of_solve(e),
         LightError::NoSky => "; use --engine hemicube, or --sky 0,0,0 and an emitter".to_owned(),
         LightError::Memory { proposal, .. } => {
             let larger = proposal.map(|size| format!("--patch-size {size:.3} (m²) or more, "));
@@ -27,6 +38,7 @@ pub fn of_light(error: &LightError) -> String {
 /// About a matrix that was not made.
 pub fn of_matrix(error: &MatrixError) -> String {
     match error {
+        MatrixError::Patches(e) => of_patches(e),
         MatrixError::Engine(e) => of_engine(e),
         MatrixError::Sink(SinkError::Memory { .. }) => {
             "; allow more with --memory, or use fewer patches".to_owned()
@@ -74,6 +86,42 @@ pub fn of_stored(error: &StoredError) -> String {
         StoredError::Lumped => "; make it without --group".to_owned(),
         StoredError::Sink(e) => of_sink(e),
         _ => String::new(),
+    }
+}
+
+/// About a file of form factors that cannot be read.
+pub fn of_stored_file(error: &ReadError) -> &'static str {
+    match error {
+        ReadError::Unreadable { .. } => "",
+        ReadError::Broken { .. } => "; make it again with hemicube factors -o F.npz",
+        ReadError::Memory { .. } => "; allow more with --memory",
+    }
+}
+
+/// About a picture that cannot be made.
+pub fn of_picture(error: &RenderError) -> &'static str {
+    match error {
+        RenderError::Size(..) => "; give another --size WxH",
+        _ => "",
+    }
+}
+
+fn of_patches(error: &PatchesError) -> String {
+    match error {
+        PatchesError::TooMany { .. } => "; use a larger --patch-size or --min-patch".to_owned(),
+        PatchesError::BadArea => String::new(),
+    }
+}
+
+fn of_solve(error: &SolveError) -> String {
+    match error {
+        SolveError::NoConvergence { .. } => {
+            "; lower --max-reflectance, or use --solver gauss-seidel".to_owned()
+        }
+        SolveError::TooLarge { .. } => {
+            "; use --solver gauss-seidel, a larger --patch-size or more --memory".to_owned()
+        }
+        SolveError::Cancelled(_) => String::new(),
     }
 }
 

@@ -225,7 +225,8 @@ fn stored(
     if let Some((flag, _)) = unused.iter().find(|f| f.1) {
         return Err(Failure::Input(format!("{flag} is not used with --factors; leave it out")));
     }
-    let read = read_npz(path, memory).map_err(Failure::input)?;
+    let read = read_npz(path, memory)
+        .map_err(|e| Failure::Input(format!("{e}{}", remedy::of_stored_file(&e))))?;
     read.restore(&scene.geometry, memory)
         .map_err(|e| Failure::Input(format!("{}: {e}{}", path.display(), remedy::of_stored(&e))))
 }
@@ -347,7 +348,7 @@ pub fn say_details(report: &Report) {
 }
 
 fn picture_failure(error: RenderError) -> Failure {
-    Failure::of(error, Failure::input)
+    Failure::of(error, |e| Failure::Input(format!("{e}{}", remedy::of_picture(&e))))
 }
 
 /// Writes what happened, if it is wanted.

@@ -705,7 +705,7 @@ mod tests {
     use crate::scene::builtin;
 
     #[test]
-    fn a_lost_device_is_an_error_that_names_the_other_device() {
+    fn a_lost_device_is_an_error() {
         let Ok(gpu) = Gpu::open() else { return };
         let g = builtin::build("furnace").unwrap().geometry;
         let p = Patches::uniform(&g, 0.5).unwrap();
@@ -716,7 +716,7 @@ mod tests {
         gpu.device().destroy();
         for _ in 0..2 {
             let error = engine.fill(&ids, &mut rows).unwrap_err().to_string();
-            assert!(error.contains("lost") && error.ends_with("use --device cpu"), "{error}");
+            assert!(error.contains("lost"), "{error}");
         }
         assert!(HemicubeGpu::on(&gpu, &g, &p, HemicubeOptions::default(), 0).is_err());
     }

@@ -40,10 +40,10 @@ pub struct FactorRule {
 #[derive(Debug, Error)]
 pub enum RefineError {
     /// The tolerance is no form factor.
-    #[error("--max-factor {0} is not between 0 and 1")]
+    #[error("the largest form factor allowed, {0}, is not between 0 and 1")]
     Tolerance(f64),
     /// Patches are clusters of source triangles: there is no finer mesh that they coarsen.
-    #[error("--max-factor cannot split clusters of source triangles; use --cluster off")]
+    #[error("clusters of source triangles cannot be split by form factor")]
     Clusters,
     /// Rows could not be made.
     #[error(transparent)]

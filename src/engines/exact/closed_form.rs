@@ -13,7 +13,7 @@ use super::clip::ClippedBlocker;
 use super::occluded::{Occluded, Projected, Target, aim, occlude};
 use super::pair::Pair;
 use super::polygon::{Polygon, longest_edge};
-use crate::visibility::LANES;
+use crate::simd::LANES;
 
 /// The greatest uncertainty about the fraction of a pair's weight that overlapping blockers hide.
 /// Above it, the far triangle is split, and at last rays tell.

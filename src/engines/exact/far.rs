@@ -17,7 +17,8 @@ use glam::DVec3;
 
 use super::places::Place;
 use super::triangles::{Triangles, pad, stand_in};
-use crate::visibility::{LANES, Lanes, multiversion};
+use crate::simd::{LANES, multiversion};
+use crate::visibility::Lanes;
 
 /// Patches nearer than this many sums of radii are left to more points: beyond, the rule errs by
 /// less than some 3e-4 of S. That is for an error of 1e-3; it falls as the fourth power.

@@ -16,7 +16,8 @@ use super::triangles::Triangles;
 use super::unoccluded::exchange;
 use crate::patches::{PatchId, Patches};
 use crate::scene::Geometry;
-use crate::visibility::{Bvh, LANES, ROUNDING};
+use crate::simd::LANES;
+use crate::visibility::{Bvh, ROUNDING};
 
 /// Heights below this fraction of the scene's radius are none: what lies in one plane exchanges
 /// nothing.

@@ -16,7 +16,8 @@
 use glam::Vec3;
 
 use super::convex;
-use crate::visibility::{LANES, Lanes, multiversion};
+use crate::simd::{LANES, multiversion};
+use crate::visibility::Lanes;
 
 /// A blocker that two planes have clipped has at most so many corners.
 pub(super) const MOST_CORNERS: usize = convex::MOST_CORNERS + 2;

@@ -7,7 +7,8 @@ use super::points::{Area, point_by_angle};
 use super::polygon::longest_edge;
 use super::samples::{MOST_RAYS, square_error};
 use crate::engines::sampling::Random;
-use crate::visibility::{LANES, Packet};
+use crate::simd::LANES;
+use crate::visibility::Packet;
 
 /// Shadow rays of a pair of the root-mean-square factor of which nothing is known, and of any pair.
 const RAYS: f64 = 192.0;

@@ -21,7 +21,8 @@ use super::places::Place;
 use super::samples::square_error;
 use super::triangles::Triangles;
 use crate::engines::sampling::{Random, on_triangle};
-use crate::visibility::{LANES, Lanes, NOTHING, Packet, multiversion};
+use crate::simd::{LANES, multiversion};
+use crate::visibility::{Lanes, NOTHING, Packet};
 
 /// Packets that are made and traced at a time.
 const PACKETS: usize = 32;

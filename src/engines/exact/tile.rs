@@ -13,7 +13,8 @@ use super::tally::{Tally, TileSums};
 use super::tree::TILE;
 use super::unoccluded::exchange;
 use super::visible::{PairBuffers, visible};
-use crate::visibility::{LANES, Lanes};
+use crate::simd::LANES;
+use crate::visibility::Lanes;
 
 /// Spreads the bits of a seed over those of pairs.
 const SEED: u64 = 0xd134_2543_de82_ef95;

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::visibility::LANES;
+use crate::simd::LANES;
 
 /// Triangles in units of the scene's radius about its centre.
 #[derive(Debug, Default)]

@@ -9,6 +9,7 @@ use zip::ZipArchive;
 
 use super::ORIGIN;
 use crate::matrix::{Origin, Stored};
+use crate::units::Bytes;
 
 /// Why a file of form factors cannot be read.
 #[derive(Debug, Error)]
@@ -22,7 +23,7 @@ pub enum ReadError {
         source: std::io::Error,
     },
     /// It is something else, or broken.
-    #[error("{}: {problem}; make it again with hemicube factors -o F.npz", path.display())]
+    #[error("{}: {problem}", path.display())]
     Broken {
         /// The file.
         path: PathBuf,
@@ -30,7 +31,10 @@ pub enum ReadError {
         problem: String,
     },
     /// It would not fit in memory.
-    #[error("{}: its {entries} form factors take about {} MiB, {} are allowed; allow more with --memory", path.display(), needed.div_ceil(1 << 20), allowed.div_ceil(1 << 20))]
+    #[error(
+        "{}: its {entries} form factors take about {}, {} are allowed",
+        path.display(), Bytes(*needed), Bytes(*allowed)
+    )]
     Memory {
         /// The file.
         path: PathBuf,
