@@ -25,19 +25,15 @@ const UPWARD: &[&str] = &[];
 const FILES: &[&str] = &["scene/", "export/", "export.rs"];
 
 /// The one file with `unsafe` code.
-const UNSAFE: &[&str] = &["visibility/simd.rs"];
+const UNSAFE: &[&str] = &["simd.rs"];
 
 /// How the circles begin, by the first of their files, that are not broken yet. None may be added.
 const STILL_IN_CIRCLES: &[&str] = &[
     "direct/",
     "engines/engine",
-    "engines/exact",
     "form_factors/",
     "patches.rs",
     "reconstruct",
-    "scene.rs",
-    "scene/",
-    "solve",
     "visibility/",
 ];
 
@@ -95,7 +91,9 @@ fn modules() -> Vec<String> {
     let lib = fs::read_to_string(root().join("src/lib.rs")).unwrap();
     let modules: Vec<String> = lib
         .lines()
-        .filter_map(|line| line.strip_prefix("pub mod ")?.strip_suffix(';'))
+        .filter_map(|line| {
+            line.strip_prefix("pub mod ").or(line.strip_prefix("mod "))?.strip_suffix(';')
+        })
         .map(str::to_owned)
         .collect();
     assert!(modules.len() > 10, "lib.rs was not understood");

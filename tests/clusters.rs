@@ -13,7 +13,8 @@ use hemicube::reconstruct::Field;
 use hemicube::refine::factor::RefineError;
 use hemicube::scene::builtin::Mesh;
 use hemicube::scene::{
-    Geometry, Lamp, Material, Part, Rgb, Scene, SceneBuilder, Side, Sides, Surface, TriangleId,
+    Geometry, Lamp, Material, Rgb, Scene, SceneBuilder, Side, Sides, Surface, TriangleId,
+    TriangleState,
 };
 use hemicube::solution::{Adaptive, Clustering, LightError, LightOptions, light};
 use hemicube::visibility::Bvh;
@@ -162,7 +163,7 @@ fn nothing_is_joined_across_folds_labels_flaws_and_what_stands_on_an_edge() {
     // A copy and a triangle without area change nothing.
     g.triangles.extend([g.triangles[3], [0, 0, 1]]);
     g.sides.extend([Sides::One; 2]);
-    g.part.extend([Part::Solid; 2]);
+    g.state.extend([TriangleState::Solid; 2]);
     g.surface_of.extend([0; 2]);
     g.flag_flaws();
     let p = Patches::clustered(&g, 10.0, &[]).unwrap();

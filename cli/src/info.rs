@@ -1,6 +1,6 @@
 //! `hemicube info`: what a model holds, and what is doubtful about it.
 
-use hemicube::scene::{Finding, Lamp, Part, Scene, Severity, Sides, inspect};
+use hemicube::scene::{Finding, Lamp, Scene, Severity, Sides, TriangleState, inspect};
 use hemicube::visibility::{covered_triangles, looks_inside_out};
 
 use crate::args::Info;
@@ -55,13 +55,13 @@ fn covered(scene: &Scene) -> Option<Finding> {
 fn describe(scene: &Scene) {
     let g = &scene.geometry;
     print(&scene.name);
-    let part = |p: Part| g.part.iter().filter(|&&q| q == p).count();
+    let count = |p: TriangleState| g.state.iter().filter(|&&q| q == p).count();
     print(&format!(
         "  triangles: {} ({} degenerate, {} duplicate, {} transparent)",
         g.len(),
-        part(Part::Degenerate),
-        part(Part::Duplicate),
-        part(Part::Transparent)
+        count(TriangleState::Degenerate),
+        count(TriangleState::Duplicate),
+        count(TriangleState::Transparent)
     ));
     let two = g.ids().filter(|t| g.sides[t.index()] == Sides::Two).count();
     print(&format!("  two-sided: {two} of {}", g.len()));

@@ -30,9 +30,10 @@ use crate::form_factors::Row;
 use crate::form_factors::tally::Tally;
 use crate::patches::{PatchId, Patches, Split};
 use crate::scene::{Geometry, Side, TriangleId};
+use crate::simd::multiversion;
 use crate::visibility::{
     Bodies, Edges, Face, Frame, ItemBuffer, NOTHING, Occluders, PatchArea, View, code, each_face,
-    faces_of, multiversion,
+    faces_of,
 };
 use count::{count_patches, count_sources, write};
 

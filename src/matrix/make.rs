@@ -14,7 +14,7 @@ use crate::form_factors::{close, drop_below};
 use crate::patches::PatchId;
 use crate::progress::Progress;
 use crate::report::Clock;
-use crate::scene::{Geometry, Part, Side};
+use crate::scene::{Geometry, Side, TriangleState};
 use crate::visibility::{Bvh, looks_inside_out};
 
 /// Makes the matrix of a model in memory.
@@ -82,13 +82,13 @@ pub fn make_where(
     let Assembled { mut storage, sums, covered, restored, pairs, account, lost } = assembled;
     let named = Names { geometry, patches: &patches, layout: &layout };
     let back = |i: PatchId| storage.account(i).back;
-    let count = |part: Part| geometry.part.iter().filter(|&&p| p == part).count();
+    let count = |state: TriangleState| geometry.state.iter().filter(|&&s| s == state).count();
     let mut report = MatrixReport {
         source_triangles: geometry.len(),
         rows: layout.len(),
-        degenerate: count(Part::Degenerate),
-        duplicate: count(Part::Duplicate),
-        transparent: count(Part::Transparent),
+        degenerate: count(TriangleState::Degenerate),
+        duplicate: count(TriangleState::Duplicate),
+        transparent: count(TriangleState::Transparent),
         two_sided: layout.faces.iter().any(|f| f.side == Side::Back),
         patch_size: options.patch_size,
         engine: Some(engine_report),

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::geometry::{Part, Sides, Surface};
+use super::geometry::{Sides, Surface, TriangleState};
 use super::optics::{ASSUMED_TEXTURE, Material, OPAQUE_ALPHA, Optics};
 use super::texture::Texture;
 use super::{Camera, Finding, Lamp, Rgb, Scene, Severity};
@@ -78,14 +78,47 @@ impl SceneBuilder {
         g.triangles.push(vertices);
         g.sides.push(sides);
         g.surface_of.push(surface);
-        g.part.push(if o.materials[material as usize].alpha < OPAQUE_ALPHA {
-            Part::Transparent
+        g.state.push(if o.materials[material as usize].alpha < OPAQUE_ALPHA {
+            TriangleState::Transparent
         } else {
-            Part::Solid
+            TriangleState::Solid
         });
         o.material_of.push(material);
         self.has_uv |= uv.is_some();
         o.uv.push(uv.unwrap_or([DVec2::ZERO; 3]));
+    }
+
+    /// Adds a mesh as a surface of its own, all of one material, and returns the surface's index.
+    ///
+    /// `vertices` are in metres; `triangles` are indices of them, counter-clockwise seen from the
+    /// front. They must be valid, and so must `material`.
+    ///
+    /// ```
+    /// use glam::DVec3;
+    /// use hemicube::scene::{Material, SceneBuilder, Sides};
+    ///
+    /// let mut builder = SceneBuilder::new("sheet");
+    /// let paper = builder.material(Material::default());
+    /// let corners = [DVec3::ZERO, DVec3::X, DVec3::X + DVec3::Y, DVec3::Y];
+    /// builder.mesh("square metre", &corners, &[[0, 1, 2], [0, 2, 3]], paper, Sides::Two);
+    /// let geometry = builder.finish().geometry;
+    /// assert_eq!(geometry.ids().map(|t| geometry.area(t)).sum::<f64>(), 1.0);
+    /// ```
+    pub fn mesh(
+        &mut self,
+        name: &str,
+        vertices: &[DVec3],
+        triangles: &[[u32; 3]],
+        material: u32,
+        sides: Sides,
+    ) -> u32 {
+        let surface = self.surface(Surface { name: name.into(), node: 0, primitive: 0 });
+        let base = self.scene.geometry.vertices.len() as u32;
+        self.scene.geometry.vertices.extend(vertices);
+        for triangle in triangles {
+            self.triangle(triangle.map(|v| base + v), None, surface, material, sides);
+        }
+        surface
     }
 
     /// Adds a source of light without extent.
@@ -199,8 +232,11 @@ impl SceneBuilder {
             }
             if material.alpha_texture == Some(index) {
                 let factor = if material.alpha_cutoff.is_some() { 1.0 } else { material.alpha };
-                geometry.part[t] =
-                    if alpha * factor < OPAQUE_ALPHA { Part::Transparent } else { Part::Solid };
+                geometry.state[t] = if alpha * factor < OPAQUE_ALPHA {
+                    TriangleState::Transparent
+                } else {
+                    TriangleState::Solid
+                };
             }
         }
     }
@@ -208,8 +244,8 @@ impl SceneBuilder {
     fn name_transparent(&mut self) {
         let optics = &self.scene.optics;
         let mut count = vec![0_usize; optics.materials.len()];
-        for (part, &m) in self.scene.geometry.part.iter().zip(&optics.material_of) {
-            count[m as usize] += usize::from(*part == Part::Transparent);
+        for (state, &m) in self.scene.geometry.state.iter().zip(&optics.material_of) {
+            count[m as usize] += usize::from(*state == TriangleState::Transparent);
         }
         for (material, count) in optics.materials.iter().zip(count) {
             if count > 0 {

@@ -72,7 +72,7 @@ pub fn build(name: &str) -> Option<Scene> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Part, Sides, TriangleId};
+    use crate::scene::{Sides, TriangleId, TriangleState};
 
     /// Height over longest edge below which a triangle counts as a sliver.
     const SLIVER: f64 = 0.02;
@@ -93,7 +93,7 @@ mod tests {
     fn triangles_are_sound_and_one_sided() {
         for builtin in list() {
             let g = (builtin.make)().geometry;
-            assert!(g.part.iter().all(|&p| p == Part::Solid), "{}", builtin.name);
+            assert!(g.state.iter().all(|&p| p == TriangleState::Solid), "{}", builtin.name);
             assert!(g.sides.iter().all(|&s| s == Sides::One), "{}", builtin.name);
             let shape = |t: TriangleId| {
                 let [a, b, c] = g.corners(t);

@@ -48,7 +48,7 @@ pub enum Sides {
 
 /// Whether a source triangle takes part, and if not, why.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Part {
+pub enum TriangleState {
     /// It blocks and exchanges light.
     Solid,
     /// Its area is zero (or not finite): its row is zero and nothing sees it.
@@ -73,7 +73,7 @@ pub struct Surface {
 /// The source triangles of a scene.
 ///
 /// All per-triangle arrays have the same length and keep the order of the file. Degenerate and
-/// duplicate triangles are flagged in [`part`](Self::part), never dropped.
+/// duplicate triangles are flagged in [`state`](Self::state), never dropped.
 #[derive(Debug, Clone, Default)]
 pub struct Geometry {
     /// Positions in metres, right-handed.
@@ -83,7 +83,7 @@ pub struct Geometry {
     /// Sidedness of each triangle.
     pub sides: Vec<Sides>,
     /// Whether each triangle takes part.
-    pub part: Vec<Part>,
+    pub state: Vec<TriangleState>,
     /// Index in [`surfaces`](Self::surfaces) of each triangle.
     pub surface_of: Vec<u32>,
     /// The named surfaces.
@@ -135,7 +135,7 @@ impl Geometry {
     /// Whether the triangle blocks and exchanges light.
     #[must_use]
     pub fn is_solid(&self, id: TriangleId) -> bool {
-        self.part[id.index()] == Part::Solid
+        self.state[id.index()] == TriangleState::Solid
     }
 
     /// Whether this side of the triangle exchanges light (a back that does not absorbs).
@@ -159,16 +159,16 @@ impl Geometry {
     pub fn flag_flaws(&mut self) {
         let mut seen = std::collections::HashSet::new();
         for id in self.ids() {
-            if self.part[id.index()] == Part::Transparent {
+            if self.state[id.index()] == TriangleState::Transparent {
                 continue;
             }
             let corners = self.corners(id);
-            self.part[id.index()] = if is_degenerate(corners) {
-                Part::Degenerate
+            self.state[id.index()] = if is_degenerate(corners) {
+                TriangleState::Degenerate
             } else {
                 let mut key = corners.map(position_key);
                 key.sort_unstable();
-                if seen.insert(key) { Part::Solid } else { Part::Duplicate }
+                if seen.insert(key) { TriangleState::Solid } else { TriangleState::Duplicate }
             };
         }
     }
@@ -185,15 +185,15 @@ impl Geometry {
     #[must_use]
     pub fn fingerprint(&self) -> [u8; 32] {
         let mut hasher = blake3::Hasher::new();
-        for (triangle, (sides, part)) in
-            self.triangles.iter().zip(self.sides.iter().zip(&self.part))
+        for (triangle, (sides, state)) in
+            self.triangles.iter().zip(self.sides.iter().zip(&self.state))
         {
             for &v in triangle {
                 for key in position_key(self.vertices[v as usize]) {
                     hasher.update(&key.to_le_bytes());
                 }
             }
-            hasher.update(&[*sides as u8, *part as u8]);
+            hasher.update(&[*sides as u8, *state as u8]);
         }
         *hasher.finalize().as_bytes()
     }
@@ -227,7 +227,7 @@ mod tests {
             ],
             triangles: vec![[0, 1, 2], second],
             sides: vec![Sides::One; 2],
-            part: vec![Part::Solid; 2],
+            state: vec![TriangleState::Solid; 2],
             surface_of: vec![0; 2],
             surfaces: vec![],
         };
@@ -237,12 +237,18 @@ mod tests {
 
     #[test]
     fn duplicates_are_found_in_any_winding_and_with_negative_zero() {
-        assert_eq!(two_triangles([2, 1, 4]).part, [Part::Solid, Part::Duplicate]);
+        assert_eq!(
+            two_triangles([2, 1, 4]).state,
+            [TriangleState::Solid, TriangleState::Duplicate]
+        );
     }
 
     #[test]
     fn collinear_corners_are_degenerate() {
-        assert_eq!(two_triangles([0, 1, 3]).part, [Part::Solid, Part::Degenerate]);
+        assert_eq!(
+            two_triangles([0, 1, 3]).state,
+            [TriangleState::Solid, TriangleState::Degenerate]
+        );
     }
 
     #[test]

@@ -5,6 +5,7 @@
 
 mod accessor;
 mod container;
+mod document;
 mod material;
 mod mesh;
 mod node;
@@ -12,36 +13,13 @@ mod node;
 mod tests;
 mod uri;
 
-use gltf::json;
-
 use super::Severity;
 use super::builder::SceneBuilder;
-use super::import::{Place, SceneError, Source};
-
-/// An opened document: the JSON root and the bytes of its buffers.
-struct Document<'a> {
-    source: &'a Source<'a>,
-    root: json::Root,
-    /// `None` where the file names no data (as fallbacks of compressed views may).
-    buffers: Vec<Option<container::Bytes<'a>>>,
-}
-
-impl Document<'_> {
-    fn malformed(
-        &self,
-        element: impl Into<String>,
-        problem: impl Into<String>,
-        remedy: &str,
-    ) -> SceneError {
-        self.source.malformed(Place::Element(element.into()), problem, remedy)
-    }
-}
-
-/// What to do about a file whose parts do not fit together.
-const EXPORT_AGAIN: &str = "export the model again";
+use super::source::{ImportError, Source};
+use document::Document;
 
 /// Reads a glTF file and the buffers and images that it names.
-pub(super) fn read(source: &Source<'_>, builder: &mut SceneBuilder) -> Result<(), SceneError> {
+pub(super) fn read(source: &Source<'_>, builder: &mut SceneBuilder) -> Result<(), ImportError> {
     let document = container::open(source)?;
     check_required_extensions(&document)?;
     node::add_scene(&document, builder)?;
@@ -64,7 +42,7 @@ pub(super) fn read(source: &Source<'_>, builder: &mut SceneBuilder) -> Result<()
     Ok(())
 }
 
-fn check_required_extensions(document: &Document<'_>) -> Result<(), SceneError> {
+fn check_required_extensions(document: &Document<'_>) -> Result<(), ImportError> {
     const READ: [&str; 4] = [
         "KHR_lights_punctual",
         "KHR_texture_transform",
@@ -89,19 +67,11 @@ fn check_required_extensions(document: &Document<'_>) -> Result<(), SceneError> 
             "EXT_mesh_gpu_instancing" => "export the instances as nodes (gltfpack: leave out -mi)",
             _ => "export without it",
         };
-        return Err(SceneError::Extension {
+        return Err(ImportError::Extension {
             path: document.source.path.into(),
             extension: extension.clone(),
             remedy: remedy.into(),
         });
     }
     Ok(())
-}
-
-/// `node 3 (chair)`, or `node 3` if it has no name.
-fn label(kind: &str, index: usize, name: Option<&str>) -> String {
-    match name {
-        Some(name) if !name.is_empty() => format!("{kind} {index} ({name})"),
-        _ => format!("{kind} {index}"),
-    }
 }

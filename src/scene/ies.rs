@@ -7,8 +7,8 @@
 use std::fs;
 use std::path::Path;
 
-use super::import::{Place, SceneError, Source};
 use super::photometry::Photometry;
+use super::source::{ImportError, Place, Source};
 
 /// Reads the photometry of a luminaire: an IES file of type C with a header of 1991 or later.
 ///
@@ -18,8 +18,8 @@ use super::photometry::Photometry;
 /// # Errors
 /// If the file cannot be read or is broken, if it is of type A or B, or if its light depends on the
 /// tilt.
-pub fn read(path: &Path) -> Result<Photometry, SceneError> {
-    let unreadable = |source| SceneError::Unreadable { path: path.into(), source };
+pub fn read(path: &Path) -> Result<Photometry, ImportError> {
+    let unreadable = |source| ImportError::Unreadable { path: path.into(), source };
     let bytes = fs::read(path).map_err(unreadable)?;
     parse(&Source { path, bytes: &bytes })
 }
@@ -42,7 +42,7 @@ const FOOT: f64 = 0.3048;
 /// What to do about a file whose numbers do not add up.
 const FETCH_AGAIN: &str = "fetch the file from its manufacturer again";
 
-fn parse(source: &Source<'_>) -> Result<Photometry, SceneError> {
+fn parse(source: &Source<'_>) -> Result<Photometry, ImportError> {
     // Names of makers come in any encoding.
     let text = String::from_utf8_lossy(source.bytes);
     let mut lines = text.lines().enumerate().map(|(i, line)| (i + 1, line.trim()));
@@ -97,7 +97,7 @@ struct Numbers<'a, W> {
 }
 
 impl<'a, W: Iterator<Item = (usize, &'a str)>> Numbers<'_, W> {
-    fn wrong(&self, problem: impl Into<String>, remedy: impl Into<String>) -> SceneError {
+    fn wrong(&self, problem: impl Into<String>, remedy: impl Into<String>) -> ImportError {
         self.source.malformed(Place::Line(self.line), problem, remedy)
     }
 
@@ -107,7 +107,7 @@ impl<'a, W: Iterator<Item = (usize, &'a str)>> Numbers<'_, W> {
         what: &str,
         valid: impl FnOnce(f64) -> bool,
         expected: &str,
-    ) -> Result<f64, SceneError> {
+    ) -> Result<f64, ImportError> {
         let Some((line, word)) = self.words.next() else {
             return Err(self.wrong(format!("the file ends before {what}"), FETCH_AGAIN));
         };
@@ -121,21 +121,21 @@ impl<'a, W: Iterator<Item = (usize, &'a str)>> Numbers<'_, W> {
         }
     }
 
-    fn number(&mut self, what: &str) -> Result<f64, SceneError> {
+    fn number(&mut self, what: &str) -> Result<f64, ImportError> {
         self.next(what, |_| true, "a number")
     }
 
-    fn positive(&mut self, what: &str) -> Result<f64, SceneError> {
+    fn positive(&mut self, what: &str) -> Result<f64, ImportError> {
         self.next(what, |x| x > 0.0, "a positive number")
     }
 
-    fn count(&mut self, what: &str) -> Result<usize, SceneError> {
+    fn count(&mut self, what: &str) -> Result<usize, ImportError> {
         let whole = |x: f64| x >= 1.0 && x <= f64::from(u16::MAX) && x.fract() == 0.0;
         Ok(self.next(what, whole, "a whole number of at least 1")? as usize)
     }
 
     /// Ascending angles in degrees.
-    fn angles(&mut self, count: usize, what: &str) -> Result<Vec<f64>, SceneError> {
+    fn angles(&mut self, count: usize, what: &str) -> Result<Vec<f64>, ImportError> {
         let mut angles: Vec<f64> = Vec::new();
         for k in 1..=count {
             let name = format!("{what} angle {k} of {count}");
@@ -147,7 +147,7 @@ impl<'a, W: Iterator<Item = (usize, &'a str)>> Numbers<'_, W> {
     }
 
     /// Passes over how the light depends on the luminaire's tilt, provided that it does not.
-    fn tilt(&mut self) -> Result<(), SceneError> {
+    fn tilt(&mut self) -> Result<(), ImportError> {
         self.number("the geometry of lamp and luminaire")?;
         let pairs = self.count("the number of tilt angles")?;
         self.angles(pairs, "tilt")?;
@@ -163,7 +163,7 @@ impl<'a, W: Iterator<Item = (usize, &'a str)>> Numbers<'_, W> {
         Ok(())
     }
 
-    fn photometry(&mut self, has_lamp_factor: bool) -> Result<Photometry, SceneError> {
+    fn photometry(&mut self, has_lamp_factor: bool) -> Result<Photometry, ImportError> {
         let lamps = self.next("the number of lamps", |x| x >= 0.0, "a number of lamps")?;
         let lumens = self.next(
             "the lumens per lamp",
@@ -199,7 +199,7 @@ impl<'a, W: Iterator<Item = (usize, &'a str)>> Numbers<'_, W> {
         })
     }
 
-    fn type_c(&mut self) -> Result<(), SceneError> {
+    fn type_c(&mut self) -> Result<(), ImportError> {
         let kind = self.next(
             "the photometric type",
             |x| [1.0, 2.0, 3.0].contains(&x),
@@ -214,7 +214,7 @@ impl<'a, W: Iterator<Item = (usize, &'a str)>> Numbers<'_, W> {
         ))
     }
 
-    fn vertical(&mut self, count: usize) -> Result<Vec<f64>, SceneError> {
+    fn vertical(&mut self, count: usize) -> Result<Vec<f64>, ImportError> {
         let angles = self.angles(count, "vertical")?;
         match (angles[0], angles[count - 1]) {
             (0.0, 90.0 | 180.0) | (90.0, 180.0) => Ok(angles),
@@ -225,7 +225,7 @@ impl<'a, W: Iterator<Item = (usize, &'a str)>> Numbers<'_, W> {
         }
     }
 
-    fn horizontal(&mut self, count: usize) -> Result<Vec<f64>, SceneError> {
+    fn horizontal(&mut self, count: usize) -> Result<Vec<f64>, ImportError> {
         let angles = self.angles(count, "horizontal")?;
         match (angles[0], angles[count - 1]) {
             (0.0, 0.0 | 90.0 | 180.0 | 360.0) | (90.0, 270.0) => Ok(angles),
@@ -241,7 +241,7 @@ impl<'a, W: Iterator<Item = (usize, &'a str)>> Numbers<'_, W> {
         vertical: &[f64],
         horizontal: &[f64],
         factor: f64,
-    ) -> Result<Vec<f64>, SceneError> {
+    ) -> Result<Vec<f64>, ImportError> {
         let mut candela = Vec::new();
         for c in horizontal {
             for gamma in vertical {

@@ -1,15 +1,16 @@
 //! From a model file to a [`Scene`].
 
-use std::fmt;
 use std::fs;
-use std::io;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use glam::DVec3;
 
 use super::builder::{MAX_REFLECTANCE, SceneBuilder};
 use super::geometry::Sides;
-use super::{Lamp, Scene, gltf, obj, ply, stl};
+use super::lamp::Lamp;
+use super::model::Scene;
+use super::source::{ImportError, Place, Source};
+use super::{gltf, obj, ply, stl};
 
 /// Which sides of triangles reflect.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -43,152 +44,8 @@ impl Default for ImportOptions {
     }
 }
 
-/// Why a model could not be read: the file, the place in it, and what to do.
-#[derive(Debug, thiserror::Error)]
-pub enum SceneError {
-    /// The file, or one that it refers to, cannot be opened or read.
-    #[error("{}: cannot be read ({source}); check the path and its permissions", path.display())]
-    Unreadable {
-        /// The file.
-        path: PathBuf,
-        /// What the system said.
-        source: io::Error,
-    },
-    /// The path is a directory.
-    #[error("{}: is a directory; name the model file in it ({READ})", path.display())]
-    Directory {
-        /// The directory.
-        path: PathBuf,
-    },
-    /// The file has no bytes.
-    #[error("{}: is empty; export the model again", path.display())]
-    Empty {
-        /// The file.
-        path: PathBuf,
-    },
-    /// The file's extension is not one that is read.
-    #[error("{}: is not of a kind that can be read ({READ}); export the model as one of them", path.display())]
-    UnknownFormat {
-        /// The file.
-        path: PathBuf,
-    },
-    /// Something in the file is wrong.
-    #[error("{}: {place}: {problem}; {remedy}", path.display())]
-    Malformed {
-        /// The file.
-        path: PathBuf,
-        /// The line, node, accessor, ...
-        place: Place,
-        /// What is wrong there.
-        problem: String,
-        /// What to do about it.
-        remedy: String,
-    },
-    /// The file needs an extension of its format that is not supported.
-    #[error("{}: needs the extension {extension}, which is not supported; {remedy}", path.display())]
-    Extension {
-        /// The file.
-        path: PathBuf,
-        /// The extension's name.
-        extension: String,
-        /// What to do about it.
-        remedy: String,
-    },
-    /// The file has no surface for light to fall on.
-    #[error("{}: has no triangles; export the model with its meshes", path.display())]
-    NoTriangles {
-        /// The file.
-        path: PathBuf,
-    },
-    /// The model is larger than can be dealt with.
-    #[error("{}: {place}: makes more than {limit} {what}; simplify the model", path.display())]
-    TooLarge {
-        /// The file.
-        path: PathBuf,
-        /// Where the limit was passed.
-        place: Place,
-        /// Triangles or vertices.
-        what: &'static str,
-        /// The largest allowed number.
-        limit: usize,
-    },
-    /// An option has no sense.
-    #[error("{0}")]
-    Options(String),
-}
-
-/// A place in a file.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Place {
-    /// A line, counted from 1.
-    Line(usize),
-    /// An element of the document, such as `node 3 (chair)`.
-    Element(String),
-}
-
-impl fmt::Display for Place {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Line(n) => write!(f, "line {n}"),
-            Self::Element(name) => f.write_str(name),
-        }
-    }
-}
-
-const READ: &str = ".gltf, .glb, .obj, .stl or .ply";
-
-/// Most triangles and vertices of a scene. A small file can ask for more than any memory holds by
-/// instancing a mesh over and over.
-pub(super) const MAX_ELEMENTS: usize = 1 << 25;
-
 /// Largest coordinate in metres: beyond it areas overflow the `f32` kernels.
 const MAX_COORDINATE: f64 = 1e15;
-
-/// A file being read.
-pub(super) struct Source<'a> {
-    pub path: &'a Path,
-    pub bytes: &'a [u8],
-}
-
-impl Source<'_> {
-    /// Something is wrong at a place in this file.
-    pub fn malformed(
-        &self,
-        place: Place,
-        problem: impl Into<String>,
-        remedy: impl Into<String>,
-    ) -> SceneError {
-        SceneError::Malformed {
-            path: self.path.into(),
-            place,
-            problem: problem.into(),
-            remedy: remedy.into(),
-        }
-    }
-
-    /// Fails if the scene would grow beyond what can be dealt with.
-    pub fn check_size(
-        &self,
-        count: usize,
-        what: &'static str,
-        place: impl FnOnce() -> Place,
-    ) -> Result<(), SceneError> {
-        if count > MAX_ELEMENTS {
-            let (path, limit) = (self.path.into(), MAX_ELEMENTS);
-            return Err(SceneError::TooLarge { path, place: place(), what, limit });
-        }
-        Ok(())
-    }
-
-    /// The path of a file that this one refers to: as given, or else by its bare name beside this
-    /// file, as references often carry the folders of another machine.
-    pub fn beside(&self, reference: &str) -> Option<PathBuf> {
-        let folder = self.path.parent().unwrap_or_else(|| Path::new(""));
-        let reference = reference.replace('\\', "/");
-        let name = reference.rsplit('/').next().unwrap_or_default();
-        [folder.join(&reference), folder.join(name)].into_iter().find(|p| p.is_file())
-    }
-}
 
 /// Reads a model: glTF 2.0 (`.gltf`, `.glb`), Wavefront OBJ (`.obj`), STL (`.stl`) or PLY (`.ply`).
 ///
@@ -196,12 +53,12 @@ impl Source<'_> {
 ///
 /// # Errors
 /// If the file cannot be read or is broken, if it has no triangles, or if an option has no sense.
-pub fn load(path: &Path, options: &ImportOptions) -> Result<Scene, SceneError> {
+pub fn load(path: &Path, options: &ImportOptions) -> Result<Scene, ImportError> {
     check(options)?;
-    let unreadable = |source| SceneError::Unreadable { path: path.into(), source };
+    let unreadable = |source| ImportError::Unreadable { path: path.into(), source };
     let metadata = fs::metadata(path).map_err(unreadable)?;
     if metadata.is_dir() {
-        return Err(SceneError::Directory { path: path.into() });
+        return Err(ImportError::Directory { path: path.into() });
     }
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
     let read = match extension.as_deref() {
@@ -209,11 +66,11 @@ pub fn load(path: &Path, options: &ImportOptions) -> Result<Scene, SceneError> {
         Some("obj") => obj::read,
         Some("stl") => stl::read,
         Some("ply") => ply::read,
-        _ => return Err(SceneError::UnknownFormat { path: path.into() }),
+        _ => return Err(ImportError::UnknownFormat { path: path.into() }),
     };
     let bytes = fs::read(path).map_err(unreadable)?;
     if bytes.is_empty() {
-        return Err(SceneError::Empty { path: path.into() });
+        return Err(ImportError::Empty { path: path.into() });
     }
     let name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
     let mut builder = SceneBuilder::new(name);
@@ -225,7 +82,7 @@ pub fn load(path: &Path, options: &ImportOptions) -> Result<Scene, SceneError> {
     read(&source, &mut builder)?;
     let mut scene = builder.finish();
     if scene.geometry.is_empty() {
-        return Err(SceneError::NoTriangles { path: path.into() });
+        return Err(ImportError::NoTriangles { path: path.into() });
     }
     scale(&mut scene, options.unit);
     let in_range = |v: &DVec3| v.is_finite() && v.abs().max_element() <= MAX_COORDINATE;
@@ -240,8 +97,8 @@ pub fn load(path: &Path, options: &ImportOptions) -> Result<Scene, SceneError> {
     Ok(scene)
 }
 
-fn check(options: &ImportOptions) -> Result<(), SceneError> {
-    let fail = |message: String| Err(SceneError::Options(message));
+fn check(options: &ImportOptions) -> Result<(), ImportError> {
+    let fail = |message: String| Err(ImportError::Options(message));
     if !(options.unit.is_finite() && options.unit > 0.0) {
         return fail(format!("--unit must be a positive length, not {} m", options.unit));
     }
@@ -304,6 +161,7 @@ impl Scene {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::source::FORMATS;
 
     fn message(path: &Path) -> String {
         load(path, &ImportOptions::default()).unwrap_err().to_string()
@@ -321,10 +179,10 @@ mod tests {
         assert!(message(&at("empty.obj")).contains("empty.obj: is empty"));
         assert!(message(&at("folder.obj")).contains("is a directory; name the model file"));
         for name in ["model.fbx", "bare"] {
-            assert!(message(&at(name)).contains(READ));
+            assert!(message(&at(name)).contains(FORMATS));
         }
         let error = load(&at("folder.obj"), &ImportOptions::default());
-        assert!(matches!(error, Err(SceneError::Directory { .. })));
+        assert!(matches!(error, Err(ImportError::Directory { .. })));
     }
 
     #[test]

@@ -14,7 +14,7 @@ use std::collections::HashMap;
 
 use glam::DVec3;
 
-use super::geometry::{Geometry, Part, Sides, TriangleId, position_key};
+use super::geometry::{Geometry, Sides, TriangleId, TriangleState, position_key};
 use super::hash::Mixed;
 use super::{Finding, Scene, Severity};
 use edges::Edges;
@@ -66,7 +66,7 @@ fn finding(severity: Severity, place: String, message: String, remedy: &str) -> 
 }
 
 fn degenerate(g: &Geometry) -> Option<Finding> {
-    let mut found = g.ids().filter(|t| g.part[t.index()] == Part::Degenerate);
+    let mut found = g.ids().filter(|t| g.state[t.index()] == TriangleState::Degenerate);
     let first = found.next()?;
     let n = 1 + found.count();
     Some(finding(
@@ -88,7 +88,7 @@ fn duplicate(g: &Geometry) -> Option<Finding> {
         key
     };
     let duplicates: Vec<TriangleId> =
-        g.ids().filter(|t| g.part[t.index()] == Part::Duplicate).collect();
+        g.ids().filter(|t| g.state[t.index()] == TriangleState::Duplicate).collect();
     let &first = duplicates.first()?;
     let mut original: HashMap<_, Option<TriangleId>, Mixed> =
         duplicates.iter().map(|&t| (key(t), None)).collect();

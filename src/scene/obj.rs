@@ -2,7 +2,6 @@
 //!
 //! OBJ carries no sidedness: both sides reflect, and the front alone emits.
 
-pub(super) mod lines;
 mod mtl;
 mod parse;
 #[cfg(test)]
@@ -15,16 +14,16 @@ use glam::{DVec2, DVec3};
 
 use super::builder::SceneBuilder;
 use super::geometry::{Sides, Surface};
-use super::import::{Place, SceneError, Source};
 use super::optics::{ASSUMED_TEXTURE, Material};
 use super::polygon;
+use super::source::{ImportError, Place, Source};
 use super::texture::{Texture, Wrap};
 use super::{Rgb, Severity};
-use mtl::{Map, MtlMaterial};
+use mtl::{Map, MtlMaterial, UvTransform};
 use parse::{Face, Obj};
 
 /// Reads an OBJ file and the material libraries and textures that it names.
-pub(super) fn read(source: &Source<'_>, builder: &mut SceneBuilder) -> Result<(), SceneError> {
+pub(super) fn read(source: &Source<'_>, builder: &mut SceneBuilder) -> Result<(), ImportError> {
     let obj = parse::parse(source)?;
     let corners = obj.faces.iter().map(|f| f.corners.len().saturating_sub(2)).sum();
     let last = || Place::Line(obj.faces.last().map_or(1, |f| f.line));
@@ -58,7 +57,7 @@ fn add_face(
     face: &Face,
     materials: &Materials,
     builder: &mut SceneBuilder,
-) -> Result<(), SceneError> {
+) -> Result<(), ImportError> {
     let corners = &obj.corners[face.corners.clone()];
     let check = |index: u32, count: usize, what: &str| {
         if (index as usize) < count {
@@ -107,7 +106,7 @@ fn libraries(
     source: &Source<'_>,
     obj: &Obj,
     builder: &mut SceneBuilder,
-) -> Result<HashMap<String, MtlMaterial>, SceneError> {
+) -> Result<HashMap<String, MtlMaterial>, ImportError> {
     let mut library = HashMap::new();
     for (line, names) in &obj.libraries {
         for name in library_names(source, names) {
@@ -125,7 +124,7 @@ fn libraries(
                 continue;
             };
             let bytes = fs::read(&path)
-                .map_err(|error| SceneError::Unreadable { path: path.clone(), source: error })?;
+                .map_err(|error| ImportError::Unreadable { path: path.clone(), source: error })?;
             mtl::parse(&Source { path: &path, bytes: &bytes }, &mut library)?;
         }
     }
@@ -160,19 +159,6 @@ const ASSUMED_REFLECTANCE: f64 = 0.5;
 /// The materials in use, by index in [`Obj::materials`] (`None`: faces before any `usemtl`).
 struct Materials {
     entries: HashMap<Option<u32>, (u32, UvTransform)>,
-}
-
-/// Options `-s` and `-o` of a texture map.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct UvTransform {
-    scale: DVec2,
-    offset: DVec2,
-}
-
-impl UvTransform {
-    fn apply(&self, uv: DVec2) -> DVec2 {
-        uv * self.scale + self.offset
-    }
 }
 
 impl Materials {

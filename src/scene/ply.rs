@@ -12,19 +12,17 @@ use glam::DVec3;
 
 use super::Severity;
 use super::builder::SceneBuilder;
-use super::import::{SceneError, Source};
 use super::polygon;
 use super::soup::Soup;
+use super::source::{EXPORT_AGAIN, ImportError, Source};
 use header::{Element, Header, Property};
 use values::Values;
-
-const AGAIN: &str = "export the model again";
 
 /// Names of the list of a face's corners.
 const CORNERS: [&str; 2] = ["vertex_indices", "vertex_index"];
 
 /// Reads a PLY file.
-pub(super) fn read(source: &Source<'_>, builder: &mut SceneBuilder) -> Result<(), SceneError> {
+pub(super) fn read(source: &Source<'_>, builder: &mut SceneBuilder) -> Result<(), ImportError> {
     let header = Header::read(source)?;
     let mut values = Values::new(source, &header);
     let mut mesh = Mesh {
@@ -59,7 +57,7 @@ fn pass(
     item: u64,
     values: &mut Values<'_>,
     mut take: impl FnMut(usize, f64),
-) -> Result<(), SceneError> {
+) -> Result<(), ImportError> {
     values.begin(element, item);
     for (p, property) in element.properties.iter().enumerate() {
         let count = match property.count {
@@ -87,7 +85,7 @@ impl Mesh<'_, '_> {
         &mut self,
         element: &Element,
         values: &mut Values<'_>,
-    ) -> Result<(), SceneError> {
+    ) -> Result<(), ImportError> {
         let limit = usize::try_from(element.count).unwrap_or(usize::MAX);
         self.source.check_size(limit, "vertices", || element.place())?;
         let mut axis_of = vec![None; element.properties.len()];
@@ -95,7 +93,7 @@ impl Mesh<'_, '_> {
             let scalar = |p: &Property| p.name == name && p.count.is_none();
             let Some(at) = element.properties.iter().position(scalar) else {
                 let problem = format!("has no property {name}");
-                return Err(self.source.malformed(element.place(), problem, AGAIN));
+                return Err(self.source.malformed(element.place(), problem, EXPORT_AGAIN));
             };
             axis_of[at] = Some(axis);
         }
@@ -115,11 +113,15 @@ impl Mesh<'_, '_> {
         Ok(())
     }
 
-    fn read_faces(&mut self, element: &Element, values: &mut Values<'_>) -> Result<(), SceneError> {
+    fn read_faces(
+        &mut self,
+        element: &Element,
+        values: &mut Values<'_>,
+    ) -> Result<(), ImportError> {
         let is_corners = |p: &Property| CORNERS.contains(&p.name.as_str()) && p.count.is_some();
         let Some(list) = element.properties.iter().position(is_corners) else {
             let problem = "has no list vertex_indices";
-            return Err(self.source.malformed(element.place(), problem, AGAIN));
+            return Err(self.source.malformed(element.place(), problem, EXPORT_AGAIN));
         };
         let surface = self.soup.surface("default");
         let mut corners = Vec::new();
@@ -141,7 +143,7 @@ impl Mesh<'_, '_> {
         corners: &[f64],
         surface: u32,
         values: &Values<'_>,
-    ) -> Result<(), SceneError> {
+    ) -> Result<(), ImportError> {
         let known = self.positions.len();
         let mut indices = Vec::with_capacity(corners.len());
         for &corner in corners {

@@ -10,9 +10,9 @@ use glam::DVec3;
 
 use super::Severity;
 use super::builder::SceneBuilder;
-use super::import::{Place, SceneError, Source};
-use super::obj::lines::{Statement, shortened, statements, vector};
+use super::lines::{Statement, shortened, statements, vector};
 use super::soup::Soup;
+use super::source::{EXPORT_AGAIN, ImportError, Place, Source};
 
 /// Bytes before the facets of a binary file: a title, and how many facets there are.
 const HEADER: usize = 84;
@@ -20,10 +20,8 @@ const HEADER: usize = 84;
 /// Bytes of a facet: its normal, three corners and two bytes that mean nothing.
 const FACET: usize = 50;
 
-const AGAIN: &str = "export the model again";
-
 /// Reads an STL file of either kind.
-pub(super) fn read(source: &Source<'_>, builder: &mut SceneBuilder) -> Result<(), SceneError> {
+pub(super) fn read(source: &Source<'_>, builder: &mut SceneBuilder) -> Result<(), ImportError> {
     let mut soup = Soup::new(builder, "STL");
     let mut facets = Facets { soup: &mut soup, source, against: 0 };
     // Binary files may begin with `solid` too, but no text has just the length that its bytes 80 to
@@ -60,12 +58,12 @@ struct Facets<'a, 'b> {
 }
 
 impl Facets<'_, '_> {
-    fn binary(&mut self, claimed: Option<usize>) -> Result<(), SceneError> {
+    fn binary(&mut self, claimed: Option<usize>) -> Result<(), ImportError> {
         let bytes = self.source.bytes;
         let header = || Place::Element("header".into());
         let Some(claimed) = claimed else {
             let problem = "is neither text that begins with `solid` nor a binary STL file";
-            return Err(self.source.malformed(header(), problem, AGAIN));
+            return Err(self.source.malformed(header(), problem, EXPORT_AGAIN));
         };
         let count = (claimed - HEADER) / FACET;
         if bytes.len() < claimed {
@@ -73,7 +71,7 @@ impl Facets<'_, '_> {
             let problem = format!(
                 "says {count} facets, but the file holds {whole}: it is cut off, or no STL file"
             );
-            return Err(self.source.malformed(header(), problem, AGAIN));
+            return Err(self.source.malformed(header(), problem, EXPORT_AGAIN));
         }
         self.source.check_size(3 * count, "vertices", header)?;
         let surface = self.soup.surface("default");
@@ -87,7 +85,7 @@ impl Facets<'_, '_> {
             if !corners.iter().all(|c| c.is_finite()) {
                 let place = Place::Element(format!("facet {i}"));
                 let problem = "has a coordinate that is not a finite number";
-                return Err(self.source.malformed(place, problem, AGAIN));
+                return Err(self.source.malformed(place, problem, EXPORT_AGAIN));
             }
             self.add(normal, corners, surface);
         }
@@ -102,14 +100,14 @@ impl Facets<'_, '_> {
         Ok(())
     }
 
-    fn ascii(&mut self) -> Result<(), SceneError> {
+    fn ascii(&mut self) -> Result<(), ImportError> {
         let mut state = Ascii::default();
         statements(self.source.bytes, |s| state.take(self, &s))?;
         match state.solid {
             None => Ok(()),
             Some(_) => {
                 let problem = "the file ends before `endsolid`: it is cut off";
-                Err(self.source.malformed(Place::Line(state.line), problem, AGAIN))
+                Err(self.source.malformed(Place::Line(state.line), problem, EXPORT_AGAIN))
             }
         }
     }
@@ -133,10 +131,10 @@ struct Ascii {
 }
 
 impl Ascii {
-    fn take(&mut self, facets: &mut Facets<'_, '_>, s: &Statement<'_>) -> Result<(), SceneError> {
+    fn take(&mut self, facets: &mut Facets<'_, '_>, s: &Statement<'_>) -> Result<(), ImportError> {
         self.line = s.line;
         let source = facets.source;
-        let wrong = |problem: String| source.malformed(Place::Line(s.line), problem, AGAIN);
+        let wrong = |problem: String| source.malformed(Place::Line(s.line), problem, EXPORT_AGAIN);
         let unexpected = || wrong(format!("`{}` is not expected here", shortened(s.keyword)));
         match s.keyword.to_ascii_lowercase().as_str() {
             "solid" if self.solid.is_none() => {

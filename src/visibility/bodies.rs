@@ -7,9 +7,9 @@
 
 use glam::{DVec3, Vec3};
 
-use super::simd::{LANES, multiversion};
 use crate::patches::BoxTree;
 use crate::scene::{Geometry, TriangleId};
+use crate::simd::{LANES, multiversion};
 
 /// The closed bodies among the solid triangles.
 #[derive(Debug, Clone, Default)]
@@ -353,7 +353,7 @@ mod tests {
     #[test]
     fn open_and_crossing_surfaces_hide_nothing() {
         let (mut geometry, _) = boxes(&[(DVec3::ZERO, 1.0)]);
-        geometry.part[3] = crate::scene::Part::Transparent;
+        geometry.state[3] = crate::scene::TriangleState::Transparent;
         let open = crate::visibility::Occluders::new(&geometry).bodies(&geometry);
         assert!(open.bodies.is_empty());
         let bowtie = [[0.0, 0.0], [1.0, 1.0], [1.0, 0.0], [0.0, 1.0]];

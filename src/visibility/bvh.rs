@@ -43,7 +43,7 @@ mod tests;
 
 use glam::{DVec3, Vec3};
 
-use super::{LANES, NOTHING, ROUNDING};
+use super::{NOTHING, ROUNDING};
 use crate::scene::{Geometry, Side, TriangleId};
 
 pub use packet::{Hits, Lanes, Packet};

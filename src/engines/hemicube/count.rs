@@ -7,7 +7,8 @@ use crate::engines::lookup::{Lookup, back, environment, index_in_grid};
 use crate::form_factors::tally::Tally;
 use crate::form_factors::{ONE, Row, Weights};
 use crate::patches::{PatchId, side_index};
-use crate::visibility::{Edges, LANES, NOTHING, each_face};
+use crate::simd::LANES;
+use crate::visibility::{Edges, NOTHING, each_face};
 
 /// Adds up a row of pixels. Neighbours mostly see one patch, and adding to a sum that was just
 /// added to is slow: four pixels far apart take turns.

@@ -3,8 +3,8 @@
 use gltf::json::accessor::{ComponentType, Type};
 use gltf::json::validation::Checked;
 
-use super::{Document, EXPORT_AGAIN};
-use crate::scene::import::{Place, SceneError};
+use super::document::Document;
+use crate::scene::source::{EXPORT_AGAIN, ImportError, Place};
 
 /// A run of equal elements in a buffer view.
 struct Layout {
@@ -18,7 +18,7 @@ struct Layout {
 impl Document<'_> {
     /// All components of an accessor one after the other; integers that the file declares as
     /// normalized become 0..1 or -1..1.
-    pub fn components(&self, index: usize, kind: Type) -> Result<Vec<f64>, SceneError> {
+    pub fn components(&self, index: usize, kind: Type) -> Result<Vec<f64>, ImportError> {
         let fail = |problem: String| self.broken(index, problem);
         let Some(accessor) = self.root.accessors.get(index) else {
             return Err(fail("does not exist".into()));
@@ -72,7 +72,7 @@ impl Document<'_> {
     }
 
     /// Vertex indices.
-    pub fn indices(&self, index: usize) -> Result<Vec<u32>, SceneError> {
+    pub fn indices(&self, index: usize) -> Result<Vec<u32>, ImportError> {
         let component = self.root.accessors.get(index).map(|a| a.component_type);
         if let Some(Checked::Valid(component)) = component
             && !matches!(component.0, ComponentType::U8 | ComponentType::U16 | ComponentType::U32)
@@ -82,7 +82,7 @@ impl Document<'_> {
         Ok(self.components(index, Type::Scalar)?.into_iter().map(|i| i as u32).collect())
     }
 
-    fn strided(&self, index: usize, view: usize, l: &Layout) -> Result<Vec<f64>, SceneError> {
+    fn strided(&self, index: usize, view: usize, l: &Layout) -> Result<Vec<f64>, ImportError> {
         let (bytes, stride) = self.view(view)?;
         let width = l.component.size();
         let size = width * l.components;
@@ -113,7 +113,7 @@ impl Document<'_> {
         Ok(values)
     }
 
-    fn broken(&self, index: usize, problem: String) -> SceneError {
+    fn broken(&self, index: usize, problem: String) -> ImportError {
         self.source.malformed(place(index), problem, EXPORT_AGAIN)
     }
 }

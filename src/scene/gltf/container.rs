@@ -1,34 +1,16 @@
 //! From a file's bytes to its JSON and its buffers.
 
 use std::collections::HashMap;
-use std::ops::Deref;
 use std::sync::Arc;
 
 use gltf::json;
 
-use super::{Document, EXPORT_AGAIN, uri};
-use crate::scene::import::{Place, SceneError, Source};
-
-/// Bytes of a buffer: the binary chunk in place, or a file's.
-#[derive(Clone)]
-pub enum Bytes<'a> {
-    Chunk(&'a [u8]),
-    Loaded(Arc<[u8]>),
-}
-
-impl Deref for Bytes<'_> {
-    type Target = [u8];
-
-    fn deref(&self) -> &[u8] {
-        match self {
-            Self::Chunk(bytes) => bytes,
-            Self::Loaded(bytes) => bytes,
-        }
-    }
-}
+use super::document::{Bytes, Document};
+use super::uri;
+use crate::scene::source::{EXPORT_AGAIN, ImportError, Place, Source};
 
 /// Opens a document and loads its buffers.
-pub fn open<'a>(source: &'a Source<'a>) -> Result<Document<'a>, SceneError> {
+pub fn open<'a>(source: &'a Source<'a>) -> Result<Document<'a>, ImportError> {
     let (text, chunk) = split(source)?;
     let text = text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text);
     let root: json::Root = json::deserialize::from_slice(text).map_err(|error| {
@@ -56,7 +38,7 @@ fn remedy_for(text: &[u8]) -> &'static str {
 const MAGIC: &[u8] = b"glTF";
 
 /// The JSON and the binary chunk of a GLB file; all of a plain file is JSON.
-fn split<'a>(source: &Source<'a>) -> Result<(&'a [u8], Option<&'a [u8]>), SceneError> {
+fn split<'a>(source: &Source<'a>) -> Result<(&'a [u8], Option<&'a [u8]>), ImportError> {
     let bytes = source.bytes;
     if !bytes.starts_with(MAGIC) {
         return Ok((bytes, None));
@@ -106,7 +88,7 @@ fn buffers<'a>(
     source: &Source<'_>,
     root: &json::Root,
     chunk: Option<&'a [u8]>,
-) -> Result<Vec<Option<Bytes<'a>>>, SceneError> {
+) -> Result<Vec<Option<Bytes<'a>>>, ImportError> {
     // Many buffers may name one file: it is loaded once.
     let mut loaded: HashMap<&str, Arc<[u8]>> = HashMap::new();
     let mut buffers = Vec::with_capacity(root.buffers.len());
@@ -137,28 +119,4 @@ fn buffers<'a>(
         buffers.push(bytes);
     }
     Ok(buffers)
-}
-
-impl Document<'_> {
-    /// The bytes of a buffer view, and its stride.
-    pub fn view(&self, index: usize) -> Result<(&[u8], Option<usize>), SceneError> {
-        let fail =
-            |problem: String| self.malformed(format!("buffer view {index}"), problem, EXPORT_AGAIN);
-        let Some(view) = self.root.buffer_views.get(index) else {
-            return Err(fail("does not exist".into()));
-        };
-        let buffer = view.buffer.value();
-        let Some(Some(bytes)) = self.buffers.get(buffer) else {
-            return Err(fail(format!("its buffer {buffer} has no data")));
-        };
-        let range = || {
-            let start = usize::try_from(view.byte_offset.unwrap_or_default().0).ok()?;
-            let length = usize::try_from(view.byte_length.0).ok()?;
-            bytes.get(start..start.checked_add(length)?)
-        };
-        match range() {
-            Some(range) => Ok((range, view.byte_stride.map(|s| s.0).filter(|&s| s > 0))),
-            None => Err(fail(format!("goes beyond the {} bytes of its buffer", bytes.len()))),
-        }
-    }
 }

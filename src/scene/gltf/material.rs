@@ -9,11 +9,12 @@ use gltf::json::material::AlphaMode;
 use gltf::json::texture::WrappingMode;
 use gltf::json::validation::Checked;
 
-use super::{Document, EXPORT_AGAIN, label, uri};
+use super::document::{Document, label};
+use super::uri;
 use crate::scene::builder::SceneBuilder;
 use crate::scene::geometry::Sides;
-use crate::scene::import::SceneError;
 use crate::scene::optics::{ASSUMED_TEXTURE, Material};
+use crate::scene::source::{EXPORT_AGAIN, ImportError};
 use crate::scene::texture::{Texture, Wrap};
 use crate::scene::{Rgb, Severity};
 
@@ -59,7 +60,7 @@ impl Materials {
         document: &Document<'_>,
         index: Option<usize>,
         builder: &mut SceneBuilder,
-    ) -> Result<Used, SceneError> {
+    ) -> Result<Used, ImportError> {
         if let Some(used) = self.used.get(&index) {
             return Ok(*used);
         }
@@ -91,7 +92,7 @@ impl Materials {
         given: &json::Material,
         name: String,
         builder: &mut SceneBuilder,
-    ) -> Result<Used, SceneError> {
+    ) -> Result<Used, ImportError> {
         let place = format!("material {name}");
         let pbr = &given.pbr_metallic_roughness;
         let extensions = given.extensions.as_ref();
@@ -170,7 +171,7 @@ impl Materials {
         info: &json::texture::Info,
         place: &str,
         builder: &mut SceneBuilder,
-    ) -> Result<Map, SceneError> {
+    ) -> Result<Map, ImportError> {
         let index = info.index.value();
         let Some(texture) = document.root.textures.get(index) else {
             return Err(document.malformed(

@@ -7,12 +7,12 @@ use gltf::json::accessor::Type;
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
 
+use super::document::{Document, label};
 use super::material::Materials;
-use super::{Document, EXPORT_AGAIN, label};
 use crate::scene::Severity;
 use crate::scene::builder::SceneBuilder;
 use crate::scene::geometry::Surface;
-use crate::scene::import::{Place, SceneError};
+use crate::scene::source::{EXPORT_AGAIN, ImportError, Place};
 
 /// What has been placed so far.
 #[derive(Default)]
@@ -40,7 +40,7 @@ pub fn add(
     materials: &mut Materials,
     placed: &mut Placed,
     builder: &mut SceneBuilder,
-) -> Result<(), SceneError> {
+) -> Result<(), ImportError> {
     let Some(mesh) = document.root.meshes.get(instance.mesh) else {
         return Err(document.malformed(
             label("node", instance.node, Some(instance.name)),
@@ -62,7 +62,7 @@ fn add_primitive(
     materials: &mut Materials,
     placed: &mut Placed,
     builder: &mut SceneBuilder,
-) -> Result<(), SceneError> {
+) -> Result<(), ImportError> {
     let place =
         || format!("{}, primitive {number}", label("node", instance.node, Some(instance.name)));
     let fail = |problem: String| document.malformed(place(), problem, EXPORT_AGAIN);

@@ -7,15 +7,15 @@ use gltf::json;
 use gltf::json::extensions::scene::khr_lights_punctual::Type as LightType;
 use gltf::json::validation::Checked;
 
+use super::document::{Document, label};
 use super::material::Materials;
 use super::mesh::{self, Instance, Placed};
-use super::{Document, EXPORT_AGAIN, label};
 use crate::scene::builder::SceneBuilder;
-use crate::scene::import::SceneError;
+use crate::scene::source::{EXPORT_AGAIN, ImportError};
 use crate::scene::{Camera, Lamp, Rgb, Severity};
 
 /// Adds the default scene of the document (all root nodes if it has no scene).
-pub fn add_scene(document: &Document<'_>, builder: &mut SceneBuilder) -> Result<(), SceneError> {
+pub fn add_scene(document: &Document<'_>, builder: &mut SceneBuilder) -> Result<(), ImportError> {
     let nodes = &document.root.nodes;
     let mut open: Vec<(usize, DMat4)> =
         roots(document, builder)?.into_iter().rev().map(|n| (n, DMat4::IDENTITY)).collect();
@@ -67,7 +67,7 @@ pub fn add_scene(document: &Document<'_>, builder: &mut SceneBuilder) -> Result<
     Ok(())
 }
 
-fn roots(document: &Document<'_>, builder: &mut SceneBuilder) -> Result<Vec<usize>, SceneError> {
+fn roots(document: &Document<'_>, builder: &mut SceneBuilder) -> Result<Vec<usize>, ImportError> {
     let root = &document.root;
     if root.scenes.len() > 1 {
         builder.finding(
@@ -123,7 +123,7 @@ fn add_camera(
     index: usize,
     world_from_node: DMat4,
     builder: &mut SceneBuilder,
-) -> Result<(), SceneError> {
+) -> Result<(), ImportError> {
     let Some(camera) = document.root.cameras.get(index) else {
         let problem = format!("its camera {index} does not exist");
         return Err(document.malformed(format!("node {node}"), problem, EXPORT_AGAIN));
@@ -167,7 +167,7 @@ fn add_lamp(
     index: usize,
     world_from_node: DMat4,
     builder: &mut SceneBuilder,
-) -> Result<(), SceneError> {
+) -> Result<(), ImportError> {
     let lights = document.root.extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref());
     let Some(light) = lights.and_then(|l| l.lights.get(index)) else {
         let problem = format!("its light {index} does not exist");

@@ -5,9 +5,10 @@ use base64::Engine;
 use glam::{DVec2, DVec3};
 use proptest::prelude::*;
 
-use crate::scene::import::{ImportOptions, SceneError, SidesChoice, load};
+use crate::scene::import::{ImportOptions, SidesChoice, load};
+use crate::scene::source::{ImportError, Source};
 use crate::scene::texture::tests::png;
-use crate::scene::{Lamp, Part, Rgb, Scene, Side, Sides, TriangleId};
+use crate::scene::{Lamp, Rgb, Scene, Side, Sides, TriangleId, TriangleState};
 
 /// A document with one buffer, put together piece by piece.
 #[derive(Default)]
@@ -98,7 +99,7 @@ impl Doc {
         out
     }
 
-    fn load(&self) -> Result<Scene, SceneError> {
+    fn load(&self) -> Result<Scene, ImportError> {
         load_as("m.gltf", self.embedded().as_bytes())
     }
 
@@ -111,7 +112,7 @@ impl Doc {
     }
 }
 
-fn load_as(name: &str, bytes: &[u8]) -> Result<Scene, SceneError> {
+fn load_as(name: &str, bytes: &[u8]) -> Result<Scene, ImportError> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join(name);
     fs::write(&path, bytes).unwrap();
@@ -170,7 +171,7 @@ fn all_index_types_strips_and_fans() {
             assert!((s.geometry.area(t) - 0.5).abs() < 1e-12);
             assert_eq!(s.geometry.normal(t, Side::Front), DVec3::Z);
         }
-        assert!(s.geometry.part.iter().all(|p| *p == Part::Solid));
+        assert!(s.geometry.state.iter().all(|p| *p == TriangleState::Solid));
     }
 }
 
@@ -248,14 +249,14 @@ fn materials_reflect_emit_and_let_through() {
 
     let base =
         |alpha: f64| format!(r#""pbrMetallicRoughness":{{"baseColorFactor":[1,1,1,{alpha}]}}"#);
-    let part = |text: String| material(&text).geometry.part[0];
-    assert_eq!(part(base(0.1)), Part::Solid, "opaque mode ignores alpha");
-    assert_eq!(part(base(0.4) + r#","alphaMode":"BLEND""#), Part::Transparent);
-    assert_eq!(part(base(0.6) + r#","alphaMode":"BLEND""#), Part::Solid);
-    assert_eq!(part(base(0.4) + r#","alphaMode":"MASK","alphaCutoff":0.3"#), Part::Solid);
-    assert_eq!(part(base(0.4) + r#","alphaMode":"MASK""#), Part::Transparent);
+    let state = |text: String| material(&text).geometry.state[0];
+    assert_eq!(state(base(0.1)), TriangleState::Solid, "opaque mode ignores alpha");
+    assert_eq!(state(base(0.4) + r#","alphaMode":"BLEND""#), TriangleState::Transparent);
+    assert_eq!(state(base(0.6) + r#","alphaMode":"BLEND""#), TriangleState::Solid);
+    assert_eq!(state(base(0.4) + r#","alphaMode":"MASK","alphaCutoff":0.3"#), TriangleState::Solid);
+    assert_eq!(state(base(0.4) + r#","alphaMode":"MASK""#), TriangleState::Transparent);
     let transmission = r#""extensions":{"KHR_materials_transmission":{"transmissionFactor":0.9}}"#;
-    assert_eq!(part(transmission.into()), Part::Transparent);
+    assert_eq!(state(transmission.into()), TriangleState::Transparent);
     assert!(has_finding(&material(transmission), "material a", "lets light through: 1 triangle"));
 }
 
@@ -313,14 +314,14 @@ fn emissive_textures_multiply_the_radiance() {
 
 #[test]
 fn texture_alpha_decides_triangle_by_triangle() {
-    for (mode, uv, part) in [
-        (r#","alphaMode":"BLEND""#, LEFT, Part::Transparent),
-        (r#","alphaMode":"BLEND""#, RIGHT, Part::Solid),
-        (r#","alphaMode":"MASK""#, LEFT, Part::Transparent),
-        (r#","alphaMode":"MASK""#, RIGHT, Part::Solid),
-        ("", LEFT, Part::Solid),
+    for (mode, uv, state) in [
+        (r#","alphaMode":"BLEND""#, LEFT, TriangleState::Transparent),
+        (r#","alphaMode":"BLEND""#, RIGHT, TriangleState::Solid),
+        (r#","alphaMode":"MASK""#, LEFT, TriangleState::Transparent),
+        (r#","alphaMode":"MASK""#, RIGHT, TriangleState::Solid),
+        ("", LEFT, TriangleState::Solid),
     ] {
-        assert_eq!(textured(&halves(), "", mode, uv).scene().geometry.part, [part], "{mode}");
+        assert_eq!(textured(&halves(), "", mode, uv).scene().geometry.state, [state], "{mode}");
     }
 }
 
@@ -436,7 +437,7 @@ fn options_scale_turn_and_override() {
         ImportOptions { max_reflectance: 1.0, ..options },
         ImportOptions { up: Some(DVec3::ZERO), ..options },
     ] {
-        assert!(matches!(load(&path, &wrong), Err(SceneError::Options(_))), "{wrong:?}");
+        assert!(matches!(load(&path, &wrong), Err(ImportError::Options(_))), "{wrong:?}");
     }
 }
 
@@ -532,7 +533,7 @@ fn missing_files_and_remote_ones_are_errors() {
 }
 
 fn reads_without_panic(name: &str, bytes: &[u8]) {
-    let source = crate::scene::import::Source { path: Path::new(name), bytes };
+    let source = Source { path: Path::new(name), bytes };
     let mut builder = crate::scene::SceneBuilder::new("noise");
     if super::read(&source, &mut builder).is_ok() {
         let _ = crate::scene::inspect(&builder.finish());

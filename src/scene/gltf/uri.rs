@@ -7,7 +7,7 @@ use base64::Engine;
 use base64::alphabet::STANDARD;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
 
-use crate::scene::import::Source;
+use crate::scene::source::Source;
 
 /// Exporters disagree about padding.
 const BASE64: GeneralPurpose = GeneralPurpose::new(

@@ -1,6 +1,6 @@
 use super::*;
 
-fn parsed(text: &str) -> Result<Photometry, SceneError> {
+fn parsed(text: &str) -> Result<Photometry, ImportError> {
     parse(&Source { path: Path::new("lamp.ies"), bytes: text.as_bytes() })
 }
 

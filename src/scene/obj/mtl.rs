@@ -4,10 +4,9 @@ use std::collections::HashMap;
 
 use glam::DVec2;
 
-use super::UvTransform;
-use super::lines::{Statement, number, statements};
 use crate::scene::Rgb;
-use crate::scene::import::{Place, SceneError, Source};
+use crate::scene::lines::{Statement, number, statements};
+use crate::scene::source::{ImportError, Place, Source};
 
 /// A material of a library, as far as it is given.
 #[derive(Debug, Default, Clone, PartialEq)]
@@ -30,6 +29,19 @@ pub struct Map {
     pub transform: UvTransform,
 }
 
+/// Options `-s` and `-o` of a texture map.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct UvTransform {
+    pub scale: DVec2,
+    pub offset: DVec2,
+}
+
+impl UvTransform {
+    pub fn apply(&self, uv: DVec2) -> DVec2 {
+        uv * self.scale + self.offset
+    }
+}
+
 /// Texture coordinates as they are.
 pub const NO_TRANSFORM: UvTransform = UvTransform { scale: DVec2::ONE, offset: DVec2::ZERO };
 
@@ -44,7 +56,7 @@ impl MtlMaterial {
 pub fn parse(
     source: &Source<'_>,
     library: &mut HashMap<String, MtlMaterial>,
-) -> Result<(), SceneError> {
+) -> Result<(), ImportError> {
     let mut name: Option<String> = None;
     statements(source.bytes, |s| {
         if s.keyword == "newmtl" {
@@ -61,7 +73,7 @@ fn property(
     source: &Source<'_>,
     s: &Statement<'_>,
     material: &mut MtlMaterial,
-) -> Result<(), SceneError> {
+) -> Result<(), ImportError> {
     match s.keyword.to_ascii_lowercase().as_str() {
         "kd" => material.kd = Some(colour(source, s)?),
         "ke" => material.ke = Some(colour(source, s)?),
@@ -79,7 +91,7 @@ fn property(
 }
 
 /// Three numbers, or one for all channels.
-fn colour(source: &Source<'_>, s: &Statement<'_>) -> Result<Rgb, SceneError> {
+fn colour(source: &Source<'_>, s: &Statement<'_>) -> Result<Rgb, ImportError> {
     let remedy = "give three numbers for red, green and blue";
     let fail = |problem: String| source.malformed(Place::Line(s.line), problem, remedy);
     let words: Vec<&str> = s.words().collect();

@@ -5,8 +5,8 @@ use std::ops::Range;
 
 use glam::{DVec2, DVec3};
 
-use super::lines::{Statement, number, shortened, statements, vector};
-use crate::scene::import::{Place, SceneError, Source};
+use crate::scene::lines::{Statement, number, shortened, statements, vector};
+use crate::scene::source::{ImportError, Place, Source};
 
 /// What an OBJ file says.
 #[derive(Default)]
@@ -54,14 +54,14 @@ struct State {
 }
 
 /// Parses an OBJ file. Indices may point forward; the caller checks them.
-pub fn parse(source: &Source<'_>) -> Result<Obj, SceneError> {
+pub fn parse(source: &Source<'_>) -> Result<Obj, ImportError> {
     let mut state = State::default();
     statements(source.bytes, |s| state.take(source, &s))?;
     Ok(state.obj)
 }
 
 impl State {
-    fn take(&mut self, source: &Source<'_>, s: &Statement<'_>) -> Result<(), SceneError> {
+    fn take(&mut self, source: &Source<'_>, s: &Statement<'_>) -> Result<(), ImportError> {
         match s.keyword {
             // A weight or a colour may follow.
             "v" => self.obj.positions.push(vector(source, s)?),
@@ -98,7 +98,7 @@ impl State {
         &mut self,
         source: &Source<'_>,
         s: &Statement<'_>,
-    ) -> Result<(), SceneError> {
+    ) -> Result<(), ImportError> {
         let mut uv = DVec2::ZERO;
         for (i, word) in s.words().take(2).enumerate() {
             // Exporters write `nan` for coordinates that do not matter.
@@ -109,7 +109,7 @@ impl State {
         Ok(())
     }
 
-    fn face(&mut self, source: &Source<'_>, s: &Statement<'_>) -> Result<(), SceneError> {
+    fn face(&mut self, source: &Source<'_>, s: &Statement<'_>) -> Result<(), ImportError> {
         let start = self.obj.corners.len();
         for word in s.words() {
             let corner = self.corner(word).map_err(|problem| {

@@ -5,10 +5,10 @@ use proptest::prelude::*;
 use super::*;
 use crate::scene::import::{ImportOptions, load};
 use crate::scene::texture::tests::png;
-use crate::scene::{Part, Scene, Side, TriangleId};
+use crate::scene::{Scene, Side, TriangleId, TriangleState};
 
 /// Writes files into a new folder and loads the first of them.
-fn load_files(files: &[(&str, &[u8])]) -> Result<Scene, SceneError> {
+fn load_files(files: &[(&str, &[u8])]) -> Result<Scene, ImportError> {
     let folder = tempfile::tempdir().unwrap();
     for (name, bytes) in files {
         fs::write(folder.path().join(name), bytes).unwrap();
@@ -16,7 +16,7 @@ fn load_files(files: &[(&str, &[u8])]) -> Result<Scene, SceneError> {
     load(&folder.path().join(files[0].0), &ImportOptions::default())
 }
 
-fn obj(text: &str) -> Result<Scene, SceneError> {
+fn obj(text: &str) -> Result<Scene, ImportError> {
     load_files(&[("m.obj", text.as_bytes())])
 }
 
@@ -38,7 +38,7 @@ fn all_index_forms_negative_indices_and_blanks() {
     assert_eq!(triangles.len(), 6);
     assert!(triangles[..5].iter().all(|t| *t == [0, 1, 2]), "{triangles:?}");
     assert_eq!(triangles[5], [0, 1, 3]);
-    assert_eq!(s.geometry.part[1], Part::Duplicate);
+    assert_eq!(s.geometry.state[1], TriangleState::Duplicate);
     assert_eq!(s.optics.uv[1], [DVec2::ZERO, DVec2::X, DVec2::Y]);
     assert!(s.geometry.sides.iter().all(|s| *s == Sides::Two));
 }
@@ -51,7 +51,7 @@ fn polygons_become_n_minus_2_triangles() {
     let area: f64 = s.geometry.ids().take(3).map(|t| s.geometry.area(t)).sum();
     assert!((area - 10.0).abs() < 1e-12, "{area}");
     assert!(s.geometry.ids().take(3).all(|t| s.geometry.normal(t, Side::Front) == DVec3::Z));
-    assert_eq!(s.geometry.part[5], Part::Degenerate);
+    assert_eq!(s.geometry.state[5], TriangleState::Degenerate);
 }
 
 #[test]
@@ -81,8 +81,13 @@ fn materials_reflect_emit_and_let_through() {
     assert_eq!(s.optics.emission(t, Side::Front), expected);
     assert_eq!(s.optics.emission(t, Side::Back), Rgb::ZERO);
     assert_eq!(
-        s.geometry.part,
-        [Part::Solid, Part::Transparent, Part::Transparent, Part::Duplicate]
+        s.geometry.state,
+        [
+            TriangleState::Solid,
+            TriangleState::Transparent,
+            TriangleState::Transparent,
+            TriangleState::Duplicate
+        ]
     );
     assert!(s.findings.iter().any(|f| f.place == "material glass" && f.message.contains("light")));
 }

@@ -1,8 +1,7 @@
 //! The header of a PLY file: what follows, and in which form.
 
-use super::AGAIN;
-use crate::scene::import::{Place, SceneError, Source};
-use crate::scene::obj::lines::shortened;
+use crate::scene::lines::shortened;
+use crate::scene::source::{EXPORT_AGAIN, ImportError, Place, Source};
 
 /// Form of the numbers.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -73,7 +72,7 @@ pub struct Header {
 
 impl Header {
     /// Reads the lines up to `end_header`.
-    pub fn read(source: &Source<'_>) -> Result<Self, SceneError> {
+    pub fn read(source: &Source<'_>) -> Result<Self, ImportError> {
         let (mut form, mut elements, mut end) = (None, Vec::<Element>::new(), 0);
         let lines = source.bytes.split_inclusive(|&b| b == b'\n');
         for (i, line) in lines.enumerate() {
@@ -81,7 +80,7 @@ impl Header {
             let text = String::from_utf8_lossy(line);
             let wrong = |problem: &str| {
                 let problem = format!("`{}` {problem}", shortened(text.trim()));
-                source.malformed(Place::Line(i + 1), problem, AGAIN)
+                source.malformed(Place::Line(i + 1), problem, EXPORT_AGAIN)
             };
             let words: Vec<&str> = text.split_ascii_whitespace().collect();
             match words[..] {
@@ -115,7 +114,7 @@ impl Header {
             }
         }
         let problem = "the file ends before `end_header`: it is cut off, or no PLY file";
-        Err(source.malformed(Place::Element("header".into()), problem, AGAIN))
+        Err(source.malformed(Place::Element("header".into()), problem, EXPORT_AGAIN))
     }
 }
 

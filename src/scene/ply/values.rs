@@ -1,9 +1,8 @@
 //! The numbers of a PLY file, one after the other.
 
-use super::AGAIN;
 use super::header::{Element, Form, Header, Kind};
-use crate::scene::import::{Place, SceneError, Source};
-use crate::scene::obj::lines::shortened;
+use crate::scene::lines::shortened;
+use crate::scene::source::{EXPORT_AGAIN, ImportError, Place, Source};
 
 /// Reads numbers and knows where it stands.
 pub struct Values<'a> {
@@ -47,7 +46,7 @@ impl<'a> Values<'a> {
     }
 
     /// The item ends: in text, with its line.
-    pub fn end(&mut self) -> Result<(), SceneError> {
+    pub fn end(&mut self) -> Result<(), ImportError> {
         if !self.line.trim_ascii().is_empty() {
             return Err(self.wrong("there are more numbers than the header says"));
         }
@@ -63,12 +62,12 @@ impl<'a> Values<'a> {
     }
 
     /// Something is wrong with the item being read.
-    pub fn wrong(&self, problem: impl Into<String>) -> SceneError {
-        self.source.malformed(self.place(), problem, AGAIN)
+    pub fn wrong(&self, problem: impl Into<String>) -> ImportError {
+        self.source.malformed(self.place(), problem, EXPORT_AGAIN)
     }
 
     /// The length of a list.
-    pub fn count(&mut self, kind: Kind) -> Result<u64, SceneError> {
+    pub fn count(&mut self, kind: Kind) -> Result<u64, ImportError> {
         let count = self.number(kind)?;
         if count < 0.0 || count.fract() != 0.0 {
             return Err(self.wrong(format!("{count} is not the length of a list")));
@@ -77,7 +76,7 @@ impl<'a> Values<'a> {
     }
 
     /// The next number.
-    pub fn number(&mut self, kind: Kind) -> Result<f64, SceneError> {
+    pub fn number(&mut self, kind: Kind) -> Result<f64, ImportError> {
         match self.form {
             Form::Ascii => self.word(),
             Form::LittleEndian | Form::BigEndian => Ok(match kind {
@@ -94,7 +93,7 @@ impl<'a> Values<'a> {
     }
 
     /// The next word of the line as a number.
-    fn word(&mut self) -> Result<f64, SceneError> {
+    fn word(&mut self) -> Result<f64, ImportError> {
         let line = self.line.trim_ascii_start();
         if line.is_empty() {
             let cut = if self.rest.is_empty() { ": the file is cut off" } else { "" };
@@ -108,7 +107,7 @@ impl<'a> Values<'a> {
     }
 
     /// The next bytes, little end first.
-    fn bytes<const N: usize>(&mut self) -> Result<[u8; N], SceneError> {
+    fn bytes<const N: usize>(&mut self) -> Result<[u8; N], ImportError> {
         let Some((bytes, rest)) = self.rest.split_first_chunk::<N>() else {
             return Err(self.wrong("the file ends here: it is cut off"));
         };

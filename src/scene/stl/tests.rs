@@ -4,7 +4,7 @@ use std::fs;
 
 use proptest::prelude::*;
 
-use crate::scene::{ImportOptions, Part, Scene, load};
+use crate::scene::{ImportOptions, Scene, TriangleState, load};
 
 /// Two facets: a unit square.
 const SQUARE: [[[f32; 3]; 3]; 2] = [
@@ -61,7 +61,7 @@ fn both_kinds_hold_the_same_triangles_in_order() {
     for scene in [&text, &titled, &crlf] {
         assert_eq!(scene.geometry.vertices.len(), 4);
         assert_eq!(scene.geometry.triangles, [[0, 1, 2], [0, 2, 3]]);
-        assert_eq!(scene.geometry.part, [Part::Solid; 2]);
+        assert_eq!(scene.geometry.state, [TriangleState::Solid; 2]);
     }
     assert_eq!(text.geometry.surfaces[0].name, "flat roof");
     assert_eq!(titled.geometry.surfaces[0].name, "default");
@@ -80,7 +80,10 @@ fn degenerate_facets_stay() {
     let flat = [SQUARE[0], [[2.0, 0.0, 0.0]; 3], SQUARE[1]];
     for scene in [read(binary(b"", &flat, [0.0; 3])), read(ascii("", &flat))] {
         let scene = scene.unwrap();
-        assert_eq!(scene.geometry.part, [Part::Solid, Part::Degenerate, Part::Solid]);
+        assert_eq!(
+            scene.geometry.state,
+            [TriangleState::Solid, TriangleState::Degenerate, TriangleState::Solid]
+        );
     }
 }
 

@@ -2,7 +2,8 @@
 
 #![allow(clippy::needless_range_loop, reason = "loops over lanes, which become vectors")]
 
-use super::{Hits, LANES, Lanes, NOTHING, Packet};
+use super::{Hits, Lanes, NOTHING, Packet};
+use crate::simd::LANES;
 
 /// Rays are drawn along the same axis if no other coordinate of their directions is larger than its
 /// own by more than this factor: the shear then costs two bits of precision at most.

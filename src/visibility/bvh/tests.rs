@@ -2,8 +2,8 @@ use glam::{DVec2, DVec3, dvec3};
 
 use super::*;
 use crate::scene::builtin::{self, Mesh};
-use crate::scene::{Part, Sides};
-use crate::visibility::simd::{Version, WIDEST};
+use crate::scene::{Sides, TriangleState};
+use crate::simd::{LANES, Version, WIDEST};
 
 /// Numbers that look random.
 struct Noise(u64);
@@ -36,7 +36,7 @@ fn geometry(vertices: Vec<DVec3>, triangles: Vec<[u32; 3]>) -> Geometry {
         vertices,
         triangles,
         sides: vec![Sides::One; n],
-        part: vec![Part::Solid; n],
+        state: vec![TriangleState::Solid; n],
         surface_of: vec![0; n],
         surfaces: Vec::new(),
     };
@@ -379,9 +379,9 @@ fn single_rays_speak_of_metres_and_triangles() {
 fn nothing_is_met_where_nothing_is() {
     let flat = geometry(vec![DVec3::ZERO, DVec3::X, 2.0 * DVec3::X], vec![[0, 1, 2]]);
     let mut wild = geometry(vec![DVec3::ZERO, DVec3::X, DVec3::NAN], vec![[0, 1, 2]]);
-    wild.part = vec![Part::Solid];
+    wild.state = vec![TriangleState::Solid];
     let mut point = geometry(vec![DVec3::ONE], vec![[0; 3]]);
-    point.part = vec![Part::Solid];
+    point.state = vec![TriangleState::Solid];
     for g in [Geometry::default(), flat, wild, point] {
         let bvh = Bvh::new(&g);
         assert_eq!(bvh.see(DVec3::ZERO, DVec3::ONE, None), None);
@@ -401,7 +401,7 @@ fn nothing_is_met_where_nothing_is() {
 fn thousands_of_equal_and_nested_triangles_end() {
     let mut g = soup(1, 1.0, &mut Noise(10));
     g.triangles = vec![[0, 1, 2]; 50_000];
-    g.part = vec![Part::Solid; 50_000];
+    g.state = vec![TriangleState::Solid; 50_000];
     let bvh = Bvh::new(&g);
     let [a, b, c] = g.corners(TriangleId(0));
     let n = g.normal(TriangleId(0), Side::Front);

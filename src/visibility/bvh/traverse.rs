@@ -3,8 +3,8 @@
 #![allow(clippy::needless_range_loop, reason = "loops over lanes, which become vectors")]
 
 use super::rays::{Rays, max, min};
-use super::{Bvh, DEEPEST, Hits, INNER, LANES, Lanes, NOTHING, Node, Packet};
-use crate::visibility::simd::multiversion;
+use super::{Bvh, DEEPEST, Hits, INNER, Lanes, NOTHING, Node, Packet};
+use crate::simd::{LANES, multiversion};
 
 multiversion! {
     pub(super) fn closest(bvh: &Bvh, packets: &[Packet], hits: &mut [Hits]) = closest_kernel

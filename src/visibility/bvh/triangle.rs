@@ -5,7 +5,8 @@
 use glam::{DVec3, Vec3, dvec3};
 
 use super::rays::{Rays, max, min};
-use super::{Bvh, LANES, NOISE, NOTHING, ROUNDING, SLAB, Triangle};
+use super::{Bvh, NOISE, NOTHING, ROUNDING, SLAB, Triangle};
+use crate::simd::LANES;
 
 /// How a ray and the plane of a triangle meet.
 struct Meeting {

@@ -1,8 +1,8 @@
-//! Statements of an OBJ or MTL file: logical lines without comments.
+//! Statements of a text file, such as OBJ, MTL and STL: logical lines without comments.
 
 use glam::DVec3;
 
-use crate::scene::import::{Place, SceneError, Source};
+use super::source::{ImportError, Place, Source};
 
 /// A statement: a keyword and what follows it on the same logical line.
 pub struct Statement<'a> {
@@ -24,8 +24,8 @@ impl<'a> Statement<'a> {
 /// Calls `each` for every statement. Bytes that are not UTF-8 are replaced.
 pub fn statements(
     bytes: &[u8],
-    mut each: impl FnMut(Statement<'_>) -> Result<(), SceneError>,
-) -> Result<(), SceneError> {
+    mut each: impl FnMut(Statement<'_>) -> Result<(), ImportError>,
+) -> Result<(), ImportError> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let mut joined = Vec::new();
     let mut first = 1;
@@ -61,8 +61,8 @@ fn comment(line: &[u8]) -> usize {
 fn statement(
     line: usize,
     code: &[u8],
-    each: &mut impl FnMut(Statement<'_>) -> Result<(), SceneError>,
-) -> Result<(), SceneError> {
+    each: &mut impl FnMut(Statement<'_>) -> Result<(), ImportError>,
+) -> Result<(), ImportError> {
     let text = String::from_utf8_lossy(code);
     let text = text.trim();
     if text.is_empty() {
@@ -73,7 +73,7 @@ fn statement(
 }
 
 /// A finite number, or an error that names the line.
-pub fn number(source: &Source<'_>, line: usize, word: &str) -> Result<f64, SceneError> {
+pub fn number(source: &Source<'_>, line: usize, word: &str) -> Result<f64, ImportError> {
     match word.parse::<f64>() {
         Ok(x) if x.is_finite() => Ok(x),
         _ => Err(source.malformed(
@@ -85,7 +85,7 @@ pub fn number(source: &Source<'_>, line: usize, word: &str) -> Result<f64, Scene
 }
 
 /// The first three words as numbers.
-pub fn vector(source: &Source<'_>, s: &Statement<'_>) -> Result<DVec3, SceneError> {
+pub fn vector(source: &Source<'_>, s: &Statement<'_>) -> Result<DVec3, ImportError> {
     let mut words = s.words();
     let mut xyz = [0.0; 3];
     for x in &mut xyz {

@@ -1,0 +1,20 @@
+//! Points of view.
+
+use glam::DVec3;
+
+/// A point of view.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Camera {
+    /// Name in the file.
+    pub name: String,
+    /// Position in metres.
+    pub eye: DVec3,
+    /// Unit direction of view.
+    pub forward: DVec3,
+    /// Roughly upwards in the picture; need not be orthogonal to `forward`.
+    pub up: DVec3,
+    /// Full vertical angle of view in radians, 0..π.
+    pub vfov: f64,
+    /// Width over height, if the camera has an opinion.
+    pub aspect: Option<f64>,
+}

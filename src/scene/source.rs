@@ -1,0 +1,153 @@
+//! A file that is read: its name, its bytes, places in it, and what may be wrong with it.
+
+use std::fmt;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Why a model could not be read: the file, the place in it, and what to do.
+#[derive(Debug, thiserror::Error)]
+pub enum ImportError {
+    /// The file, or one that it refers to, cannot be opened or read.
+    #[error("{}: cannot be read ({source}); check the path and its permissions", path.display())]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// The path is a directory.
+    #[error("{}: is a directory; name the model file in it ({FORMATS})", path.display())]
+    Directory {
+        /// The directory.
+        path: PathBuf,
+    },
+    /// The file has no bytes.
+    #[error("{}: is empty; export the model again", path.display())]
+    Empty {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The file's extension is not one that is read.
+    #[error("{}: is not of a kind that can be read ({FORMATS}); export the model as one of them", path.display())]
+    UnknownFormat {
+        /// The file.
+        path: PathBuf,
+    },
+    /// Something in the file is wrong.
+    #[error("{}: {place}: {problem}; {remedy}", path.display())]
+    Malformed {
+        /// The file.
+        path: PathBuf,
+        /// The line, node, accessor, ...
+        place: Place,
+        /// What is wrong there.
+        problem: String,
+        /// What to do about it.
+        remedy: String,
+    },
+    /// The file needs an extension of its format that is not supported.
+    #[error("{}: needs the extension {extension}, which is not supported; {remedy}", path.display())]
+    Extension {
+        /// The file.
+        path: PathBuf,
+        /// The extension's name.
+        extension: String,
+        /// What to do about it.
+        remedy: String,
+    },
+    /// The file has no surface for light to fall on.
+    #[error("{}: has no triangles; export the model with its meshes", path.display())]
+    NoTriangles {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The model is larger than can be dealt with.
+    #[error("{}: {place}: makes more than {limit} {what}; simplify the model", path.display())]
+    TooLarge {
+        /// The file.
+        path: PathBuf,
+        /// Where the limit was passed.
+        place: Place,
+        /// Triangles or vertices.
+        what: &'static str,
+        /// The largest allowed number.
+        limit: usize,
+    },
+    /// An option has no sense.
+    #[error("{0}")]
+    Options(String),
+}
+
+/// The extensions of model files that are read.
+pub(super) const FORMATS: &str = ".gltf, .glb, .obj, .stl or .ply";
+
+/// A place in a file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Place {
+    /// A line, counted from 1.
+    Line(usize),
+    /// An element of the document, such as `node 3 (chair)`.
+    Element(String),
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Line(n) => write!(f, "line {n}"),
+            Self::Element(name) => f.write_str(name),
+        }
+    }
+}
+
+/// What to do about a file whose parts do not fit together.
+pub(super) const EXPORT_AGAIN: &str = "export the model again";
+
+/// Most triangles and vertices of a scene. A small file can ask for more than any memory holds by
+/// instancing a mesh over and over.
+pub(super) const MAX_ELEMENTS: usize = 1 << 25;
+
+/// A file being read.
+pub(super) struct Source<'a> {
+    pub path: &'a Path,
+    pub bytes: &'a [u8],
+}
+
+impl Source<'_> {
+    /// Something is wrong at a place in this file.
+    pub fn malformed(
+        &self,
+        place: Place,
+        problem: impl Into<String>,
+        remedy: impl Into<String>,
+    ) -> ImportError {
+        ImportError::Malformed {
+            path: self.path.into(),
+            place,
+            problem: problem.into(),
+            remedy: remedy.into(),
+        }
+    }
+
+    /// Fails if the scene would grow beyond what can be dealt with.
+    pub fn check_size(
+        &self,
+        count: usize,
+        what: &'static str,
+        place: impl FnOnce() -> Place,
+    ) -> Result<(), ImportError> {
+        if count > MAX_ELEMENTS {
+            let (path, limit) = (self.path.into(), MAX_ELEMENTS);
+            return Err(ImportError::TooLarge { path, place: place(), what, limit });
+        }
+        Ok(())
+    }
+
+    /// The path of a file that this one refers to: as given, or else by its bare name beside this
+    /// file, as references often carry the folders of another machine.
+    pub fn beside(&self, reference: &str) -> Option<PathBuf> {
+        let folder = self.path.parent().unwrap_or_else(|| Path::new(""));
+        let reference = reference.replace('\\', "/");
+        let name = reference.rsplit('/').next().unwrap_or_default();
+        [folder.join(&reference), folder.join(name)].into_iter().find(|p| p.is_file())
+    }
+}
