@@ -28,14 +28,8 @@ const FILES: &[&str] = &["scene/", "export/", "export.rs"];
 const UNSAFE: &[&str] = &["simd.rs"];
 
 /// How the circles begin, by the first of their files, that are not broken yet. None may be added.
-const STILL_IN_CIRCLES: &[&str] = &[
-    "direct/",
-    "engines/engine",
-    "form_factors/",
-    "patches.rs",
-    "reconstruct",
-    "visibility/",
-];
+const STILL_IN_CIRCLES: &[&str] =
+    &["direct/", "engines/engine", "form_factors/", "patches.rs", "reconstruct", "visibility/"];
 
 /// Files that are still longer than [`LONGEST`].
 const STILL_LONG: &[&str] = &["src/engines/hemicube_gpu.rs"];
