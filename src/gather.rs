@@ -4,20 +4,21 @@
 //! H(x) = H_direct(D(x)) + H_lamps + 1/N Σ [ρ(y) H(y) + E(y) where y ∉ D(x)] + π L_sky · escaped
 //! ```
 //!
-//! y is what each of N rays meets whose density is proportional to the cosine; H(y) is the solution's
-//! smooth field. D(x) are the emitters that [`Emitters::is_apart`] sets apart for the point: their
-//! light comes by Lambert's formula and shadow rays, so their emission does not count where a ray
-//! meets them. The field is seen only from away, where the size of its patches blurs what is seen
-//! and not what is measured; the shadow at the point itself is as sharp as it is.
+//! y is what each of N rays meets whose density is proportional to the cosine; H(y) is the
+//! solution's smooth field. D(x) are the emitters that [`Emitters::is_apart`] sets apart for the
+//! point: their light comes by Lambert's formula and shadow rays, so their emission does not count
+//! where a ray meets them. The field is seen only from away, where the size of its patches blurs
+//! what is seen and not what is measured; the shadow at the point itself is as sharp as it is.
 //!
 //! # Errors
 //!
-//! Rays come in 16 sets that know nothing of each other, each with its own shadow rays. What is left of
-//! their differences in the mean is known from Student's distribution. To this the error of the
-//! solution is added. Its noise is told by its two halves, which differ by twice the standard error
-//! of their mean: patch by patch in quadrature, in proportion to the rays that meet it, and once more for
-//! what all of them have in common. What the size of patches blurs ([`Uncertainty::refinement`]) has
-//! nothing in common, as a field passes by values on both sides: it is added in quadrature alone.
+//! Rays come in 16 sets that know nothing of each other, each with its own shadow rays. What is
+//! left of their differences in the mean is known from Student's distribution. To this the error of
+//! the solution is added. Its noise is told by its two halves, which differ by twice the standard
+//! error of their mean: patch by patch in quadrature, in proportion to the rays that meet it, and
+//! once more for what all of them have in common. What the size of patches blurs
+//! ([`Uncertainty::refinement`]) has nothing in common, as a field passes by values on both sides:
+//! it is added in quadrature alone.
 //!
 //! # Limits
 //!
@@ -32,7 +33,7 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use std::f64::consts::PI;
 
-use crate::direct::{self, Apart, ApartOptions, Emitters, Receiver, Room};
+use crate::direct::{self, Analytic, DirectOptions, Emitters, Receiver, Workspace};
 use crate::engines::sampling::{Starts, Table, aim};
 use crate::patches::{Cell, Patches, SurfacePoint, side_index};
 use crate::progress::{Cancelled, Progress};
@@ -76,13 +77,13 @@ const STUDENT: f64 = 2.131;
 /// Half the width of the 95 % interval of a normal distribution.
 const NORMAL: f64 = 1.96;
 
-/// Rays begin this far along the normal, in radii of the scene: ten times its rounding, so that a point
-/// on a surface, given to six digits, is not in the shadow of that surface or its neighbours. What
-/// is thinner than this over a surface does not shade it.
+/// Rays begin this far along the normal, in radii of the scene: ten times its rounding, so that a
+/// point on a surface, given to six digits, is not in the shadow of that surface or its neighbours.
+/// What is thinner than this over a surface does not shade it.
 pub const CLEARANCE: f64 = 1e-5;
 
-/// Share of the mean irradiance of lit patches below which a place that sees backs is inside a solid
-/// that reflects on both sides; the field lets a little in at contacts.
+/// Share of the mean irradiance of lit patches below which a place that sees backs is inside a
+/// solid that reflects on both sides; the field lets a little in at contacts.
 const DARK: f64 = 1e-3;
 
 /// Where irradiance is wanted.
@@ -112,8 +113,8 @@ pub struct Estimate {
 pub enum Place {
     /// Where light can be measured.
     Free,
-    /// Inside a solid: more than half of what it sees are backs that do not reflect; or backs of any
-    /// kind, and it is dark (below a thousandth of the mean of lit patches).
+    /// Inside a solid: more than half of what it sees are backs that do not reflect; or backs of
+    /// any kind, and it is dark (below a thousandth of the mean of lit patches).
     Covered,
     /// On a side that emits. Its own emission does not count.
     OnEmitter,
@@ -148,8 +149,8 @@ struct Tally {
 }
 
 impl<'a> Gatherer<'a> {
-    /// For a solution of `scene`: `field` is its [`Solution::field`], `bvh` the hierarchy of the same
-    /// geometry.
+    /// For a solution of `scene`: `field` is its [`Solution::field`], `bvh` the hierarchy of the
+    /// same geometry.
     #[must_use]
     pub fn new(
         scene: &'a Scene,
@@ -162,7 +163,7 @@ impl<'a> Gatherer<'a> {
         let seed = options.seed;
         let table = Table::new(rays.div_ceil(SETS), GATHER ^ seed, SETS);
         let shadow = options.shadow.div_ceil(SETS / 2);
-        let apart = ApartOptions { which: Apart::Suitable, shadow, seed };
+        let apart = DirectOptions { analytic: Analytic::Suitable, shadow, seed };
         let patches = &solution.patches;
         let reflected = reflected_by_emitters(scene, patches, field);
         let emitters =
@@ -219,14 +220,15 @@ impl<'a> Gatherer<'a> {
             .collect()
     }
 
-    /// Irradiance at one point; `index` (below 2³²) tells points apart, so that their errors are independent.
+    /// Irradiance at one point; `index` (below 2³²) tells points apart, so that their errors are
+    /// independent.
     #[must_use]
     pub fn at(&self, probe: Probe, index: u64) -> Estimate {
         let Probe { point, normal } = probe;
         let start = point + normal * (CLEARANCE * self.bvh.scale());
         let receiver = self.emitters.point(start, normal, index);
         let here = |_| (start, normal, None);
-        let mut room = Room::default();
+        let mut room = Workspace::default();
         self.emitters.look(std::slice::from_ref(&receiver), &mut room);
         let (direct, sets) =
             self.emitters.light_replicated::<{ SETS / 2 }>(&receiver, here, &mut room);
@@ -288,7 +290,8 @@ impl<'a> Gatherer<'a> {
         hits
     }
 
-    /// Sum of what the rays of a set bring: all that is reflected, and emitted where it is not set apart.
+    /// Sum of what the rays of a set bring: all that is reflected, and emitted where it is not set
+    /// apart.
     fn gather(&self, receiver: &Receiver, hits: &[Hits], set: usize, tally: &mut Tally) -> Rgb {
         let (g, optics) = (&self.scene.geometry, &self.scene.optics);
         let sky = self.scene.sky * PI;
@@ -314,7 +317,7 @@ impl<'a> Gatherer<'a> {
             let e = optics.emission(triangle, side);
             if e != Rgb::ZERO {
                 let side = side_index(triangle, side);
-                let apart = self.emitters.is_apart(receiver, side);
+                let apart = self.emitters.is_analytic(receiver, side);
                 sum += if apart { -self.reflected[side] } else { e };
             }
             if let Some(id) = self.patches.at(p) {
@@ -352,7 +355,7 @@ fn reflected_by_emitters(scene: &Scene, patches: &Patches, field: &Field<'_>) ->
         for side in Side::BOTH {
             let (sum, area) = &mut sums[side_index(t, side)];
             if *area > 0.0 {
-                *sum = direct::of_a_lamp(*sum / *area, scene.optics.emission(t, side));
+                *sum = direct::like_a_lamp(*sum / *area, scene.optics.emission(t, side));
             }
         }
     }

@@ -32,8 +32,8 @@ pub struct Field<'a> {
 }
 
 impl<'a> Field<'a> {
-    /// The field of `irradiance`, one value a patch; patches for which `usable` is false (covered or
-    /// unlit ones) lend their value to no vertex.
+    /// The field of `irradiance`, one value a patch; patches for which `usable` is false (covered
+    /// or unlit ones) lend their value to no vertex.
     #[must_use]
     pub fn new(
         geometry: &Geometry,

@@ -142,7 +142,8 @@ impl<'a> Renderer<'a> {
     }
 
     /// The picture, each sample mapped by `map` before the samples of a pixel are averaged (a tone
-    /// map keeps the edges of emitters smooth that way). Advances `progress` by one a row of pixels.
+    /// map keeps the edges of emitters smooth that way). Advances `progress` by one a row of
+    /// pixels.
     pub fn render(
         &self,
         camera: &Camera,

@@ -1,8 +1,9 @@
 //! How well irradiance is known: what sampling leaves open, and what the size of patches blurs.
 //!
-//! **Noise.** Where rows are sampled, two independent halves of the rays are carried through the whole
-//! solution; half of what they differ in is as large as the standard error of their mean. One patch's
-//! difference has one degree of freedom, so squares are averaged over at least 16 neighbours.
+//! **Noise.** Where rows are sampled, two independent halves of the rays are carried through the
+//! whole solution; half of what they differ in is as large as the standard error of their mean. One
+//! patch's difference has one degree of freedom, so squares are averaged over at least 16
+//! neighbours.
 //!
 //! **Refinement.** A smooth field goes through the patches' values as well as it can. Where light
 //! changes within a patch, at borders of shadows above all, it passes them by: the squares of these

@@ -4,7 +4,7 @@
 #![allow(clippy::print_stdout, reason = "figures for people, shown with --nocapture")]
 
 use glam::DVec2;
-use hemicube::direct::ApartOptions;
+use hemicube::direct::DirectOptions;
 use hemicube::engines::EngineOptions;
 use hemicube::engines::{HemicubeOptions, RaysOptions};
 use hemicube::gather::{Estimate, GatherOptions, Gatherer, Place, Probe};
@@ -19,7 +19,7 @@ fn options(patch_size: f64, samples: usize, seed: u32) -> LightOptions {
     LightOptions {
         patch_size: Some(patch_size),
         engine: EngineOptions::Rays(RaysOptions { samples, seed }),
-        direct: ApartOptions { seed, ..ApartOptions::default() },
+        direct: DirectOptions { seed, ..DirectOptions::default() },
         ..LightOptions::default()
     }
 }

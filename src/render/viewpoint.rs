@@ -99,8 +99,8 @@ struct Room<'a> {
 }
 
 impl Room<'_> {
-    /// A view through the middle, and how much area of the room it shows: from as far back as the room allows, or
-    /// from before its open side.
+    /// A view through the middle, and how much area of the room it shows: from as far back as the
+    /// room allows, or from before its open side.
     fn view(&self, forward: DVec3) -> (f64, Camera) {
         let behind = self.around.distance(-forward);
         let extent = |axis: DVec3| self.half.dot(axis.abs());
