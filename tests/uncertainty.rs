@@ -81,7 +81,7 @@ fn coverage(name: &str, patch_size: f64) -> [f64; 2] {
         }
         count += 1;
         let off = |h: Rgb| luminance(h - truth.irradiance).abs();
-        let stated = luminance(known.error(id.index()));
+        let stated = luminance(known.error(id));
         within[0] += usize::from(off(field.at(p)) <= 2.0 * stated);
         within[1] += usize::from(off(probed.irradiance) <= 2.0 * luminance(probed.error));
     }
