@@ -19,6 +19,7 @@ mod clustered;
 mod contact;
 mod cut;
 mod parts;
+mod sets;
 
 use glam::{DVec2, DVec3};
 use thiserror::Error;
@@ -34,6 +35,7 @@ pub use clustered::{MAX_ANGLE, MAX_DIAMETER};
 use contact::{ContactLines, Plane};
 use cut::Cuts;
 use parts::Parts;
+pub(crate) use sets::Sets;
 
 use crate::scene::{Geometry, Side, TriangleId};
 
