@@ -12,7 +12,7 @@
 use std::error::Error;
 use std::time::Instant;
 
-use hemicube::direct::{self, Apart, ApartOptions, Emitters, MOST_SHADOW, Room};
+use hemicube::direct::{self, Analytic, DirectOptions, Emitters, MOST_SHADOW, Workspace};
 use hemicube::engines::EngineOptions;
 use hemicube::engines::rays::MOST_SAMPLES;
 use hemicube::engines::{Rays, RaysOptions};
@@ -38,7 +38,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let options = LightOptions {
             patch_size: Some(area),
             engine: EngineOptions::Rays(RaysOptions { samples, seed }),
-            direct: ApartOptions { shadow, seed, ..ApartOptions::default() },
+            direct: DirectOptions { shadow, seed, ..DirectOptions::default() },
             memory: 20 << 30,
             ..LightOptions::default()
         };
@@ -84,10 +84,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     for seed in 1000..1004 {
         let rows =
             Rays::new(&scene.geometry, patches, &bvh, RaysOptions { samples: MOST_SAMPLES, seed });
-        let apart = ApartOptions { which: Apart::Suitable, shadow: MOST_SHADOW, seed };
+        let apart = DirectOptions { analytic: Analytic::Suitable, shadow: MOST_SHADOW, seed };
         let emitters =
             Emitters::new(&scene.geometry, &scene.optics, patches, &bvh, apart, |_| Rgb::ZERO);
-        let (mut row, mut room) = (Row::default(), Room::default());
+        let (mut row, mut room) = (Row::default(), Workspace::default());
         for (truth, &id) in truth.iter_mut().zip(&chosen) {
             rows.row(id, &mut row);
             let mut factors = FormFactors::new(patches.len(), u64::MAX);
@@ -98,7 +98,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             let through = factors.gather_by(id, |j| {
                 let cell = patches.cell(j);
                 let side = hemicube::patches::side_index(cell.triangle, cell.side);
-                let own = !emitters.is_apart(&receiver, side);
+                let own = !emitters.is_analytic(&receiver, side);
                 reflected[j.index()] + if own { emission[j.index()] } else { Rgb::ZERO }
             });
             *truth += luminance(direct + through) / 4.0;

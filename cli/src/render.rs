@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::ValueEnum;
-use hemicube::direct::ApartOptions;
+use hemicube::direct::DirectOptions;
 use hemicube::engines::{
     Draw, EngineError, EngineOptions, ExactOptions, HemicubeOptions, RaysOptions,
 };
@@ -137,7 +137,7 @@ pub fn lit(scene: &Scene, args: &Light, bar: &Bar) -> Result<Solution, Failure> 
             .zip(args.min_patch)
             .map(|(max_factor, min_area)| Adaptive { max_factor, min_area }),
         engine: engine_of(args)?,
-        direct: ApartOptions { seed, ..ApartOptions::default() },
+        direct: DirectOptions { seed, ..DirectOptions::default() },
         method: match args.solver {
             SolverChoice::GaussSeidel => Method::GaussSeidel,
             SolverChoice::Jacobi => Method::Jacobi,

@@ -1,15 +1,15 @@
 //! Adaptive subdivision by form factor: algorithm 2 of Kulyasov & Nikulin (2012).
 //!
 //! Begin with large patches; compute all form factors; split the patches whose form factor exceeds
-//! the tolerance, and repeat. F_ij > ε splits j, the patch seen; it may be split only while its area
-//! exceeds the smallest size, so the result coarsens the uniform mesh of that size.
+//! the tolerance, and repeat. F_ij > ε splits j, the patch seen; it may be split only while its
+//! area exceeds the smallest size, so the result coarsens the uniform mesh of that size.
 //!
 //! # Deviations
 //! The paper computes everything again in each pass. Here every row is made once. A patch that is
-//! split has the same centroid as its middle part, so a row made for it remains the row of that part;
-//! and rows are made on the uniform mesh of the smallest size, so that each says at once how far
-//! everything it sees must be split. The last step adds up the parts: the sums are the rows of the
-//! adaptive mesh, and the rule holds on them by construction.
+//! split has the same centroid as its middle part, so a row made for it remains the row of that
+//! part; and rows are made on the uniform mesh of the smallest size, so that each says at once how
+//! far everything it sees must be split. The last step adds up the parts: the sums are the rows of
+//! the adaptive mesh, and the rule holds on them by construction.
 
 use std::sync::Arc;
 
@@ -62,8 +62,8 @@ pub struct Refined {
 }
 
 impl FactorRule {
-    /// The adaptive mesh of `geometry`; `engine` makes the rows of `finest`, the uniform mesh of the
-    /// smallest size. Rows take at most `memory` bytes. Advances `progress` by one a row.
+    /// The adaptive mesh of `geometry`; `engine` makes the rows of `finest`, the uniform mesh of
+    /// the smallest size. Rows take at most `memory` bytes. Advances `progress` by one a row.
     pub fn refine(
         &self,
         geometry: &Geometry,
