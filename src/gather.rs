@@ -38,9 +38,10 @@ use crate::patches::{Cell, Patches, SurfacePoint, side_index};
 use crate::progress::{Cancelled, Progress};
 use crate::reconstruct::Field;
 use crate::scene::{Rgb, Scene, Side, luminance};
+use crate::simd::LANES;
 use crate::solution::Solution;
 use crate::uncertainty::Uncertainty;
-use crate::visibility::{Bvh, COVERED, Frame, Hits, LANES, NOTHING, Packet};
+use crate::visibility::{Bvh, COVERED, Frame, Hits, NOTHING, Packet};
 
 /// How points are measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

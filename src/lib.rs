@@ -11,6 +11,7 @@
 
 pub mod units;
 pub mod progress;
+mod simd;
 pub mod scene;
 pub mod patches;
 pub mod visibility;

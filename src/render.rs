@@ -18,7 +18,8 @@ use crate::reconstruct::Field;
 use crate::scene::{Camera, Rgb, Scene, Side, TextureSampler, luminance};
 pub use viewpoint::{Viewpoint, viewpoint};
 
-use crate::visibility::{Edges, Face, Frame, ItemBuffer, NOTHING, Occluders, View, multiversion};
+use crate::simd::multiversion;
+use crate::visibility::{Edges, Face, Frame, ItemBuffer, NOTHING, Occluders, View};
 
 /// Size and quality of a picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -8,6 +8,7 @@ mod direct;
 mod energy;
 mod gauss_seidel;
 mod jacobi;
+mod lu;
 mod shooting;
 
 use rayon::prelude::*;

@@ -18,7 +18,6 @@ mod covered;
 mod item_buffer;
 mod occluders;
 mod segments;
-mod simd;
 mod surroundings;
 
 pub(crate) use bodies::Bodies;
@@ -31,9 +30,6 @@ pub use item_buffer::{Edges, Face, ItemBuffer, PatchArea};
 pub use occluders::{Frame, Occluders, View};
 pub(crate) use occluders::{code, faces_of};
 pub use segments::{Blockers, ROUNDING, Sight};
-#[cfg(target_arch = "x86_64")]
-pub(crate) use simd::Version;
-pub(crate) use simd::{LANES, multiversion};
 pub use surroundings::{Glimpse, Surroundings, looks_inside_out, share};
 
 /// What an item buffer holds where nothing was drawn.

@@ -5,7 +5,8 @@ use rayon::prelude::*;
 
 use crate::patches::{PatchId, Patches, SurfacePoint};
 use crate::scene::{Axes, Lamp, Rgb, Scene};
-use crate::visibility::{Bvh, LANES, Packet};
+use crate::simd::LANES;
+use crate::visibility::{Bvh, Packet};
 
 /// Points of a patch that lamps shine on: one packet of rays to each lamp.
 const POINTS: usize = LANES;

@@ -18,7 +18,8 @@ use super::sampling::{Starts, Table, aim};
 use crate::form_factors::{Row, Weights};
 use crate::patches::{PatchId, Patches};
 use crate::scene::Geometry;
-use crate::visibility::{Bvh, Frame, Hits, LANES, NOTHING, Packet, multiversion};
+use crate::simd::{LANES, multiversion};
+use crate::visibility::{Bvh, Frame, Hits, NOTHING, Packet};
 
 /// How rows are sampled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

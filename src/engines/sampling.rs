@@ -12,7 +12,8 @@ use std::ops::{Mul, Range, Sub};
 
 use glam::Vec3;
 
-use crate::visibility::{LANES, Packet, multiversion};
+use crate::simd::{LANES, multiversion};
+use crate::visibility::Packet;
 
 /// Random bits by which a set of rays differs from the table.
 #[derive(Debug, Clone, Copy, Default)]

@@ -1,12 +1,9 @@
-//! Exact solution by elimination, O(n³): LU factors of the dense matrix with partial pivoting.
+//! Exact solution by elimination, O(n³): [`Lu`] factors of the dense matrix.
 
-use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::linalg::lu::partial_pivoting::{factor, solve as substitute};
-use faer::{Conj, MatMut, Par};
-
+use super::lu::Lu;
 use super::{Method, SolveError, SolveOptions, SolveReport, System};
 use crate::patches::PatchId;
-use crate::progress::Progress;
+use crate::progress::{Cancelled, Progress};
 use crate::scene::Rgb;
 
 /// Bytes of one number of the dense matrix.
@@ -14,9 +11,6 @@ const NUMBER: u64 = 8;
 
 /// Share of the matrix's memory that the elimination needs beside it, at most.
 const BESIDE: f64 = 0.1;
-
-/// Parts that the elimination is cut into for threads. Fixed, so that their number changes nothing.
-const PARTS: usize = 4;
 
 /// `(I - F diag(ρ_c)) H_c = D_c` for the patches with a row; the others have `H = D` and move to the
 /// right-hand side. Channels with equal reflectances share one factorisation.
@@ -48,7 +42,7 @@ pub(super) fn solve(
             |c: &usize| unknowns.iter().all(|i| rho(system, *i, *c) == rho(system, *i, channel));
         let (channels, rest): (Vec<usize>, Vec<usize>) = open.iter().partition(|c| equal(c));
         open = rest;
-        eliminate(system, &unknowns, &channels, &mut matrix, &mut h);
+        eliminate(system, &unknowns, &channels, &mut matrix, &mut h, progress)?;
         factorisations += 1;
         progress.advance(1)?;
     }
@@ -76,7 +70,8 @@ fn eliminate(
     channels: &[usize],
     matrix: &mut [f64],
     h: &mut [Rgb],
-) {
+    progress: &dyn Progress,
+) -> Result<(), Cancelled> {
     let n = unknowns.len();
     let mut place = vec![None; system.factors.len()];
     for (k, i) in unknowns.iter().enumerate() {
@@ -100,28 +95,12 @@ fn eliminate(
             }
         }
     }
-    let mut a = MatMut::from_column_major_slice_mut(matrix, n, n);
-    let mut x = MatMut::from_column_major_slice_mut(&mut right, n, channels.len());
-    let par = Par::rayon(PARTS);
-    let (mut forward, mut inverse) = (vec![0_usize; n], vec![0_usize; n]);
-    let scratch = factor::lu_in_place_scratch::<usize, f64>(n, n, par, Default::default())
-        .or(substitute::solve_in_place_scratch::<usize, f64>(n, channels.len(), par));
-    let mut buffer = MemBuffer::new(scratch);
-    let stack = MemStack::new(&mut buffer);
-    let (_, permutation) =
-        factor::lu_in_place(a.as_mut(), &mut forward, &mut inverse, par, stack, Default::default());
-    substitute::solve_in_place_with_conj(
-        a.as_ref(),
-        a.as_ref(),
-        permutation,
-        Conj::No,
-        x.as_mut(),
-        par,
-        stack,
-    );
+    let factors = Lu::new(matrix, n, progress)?;
+    right.chunks_exact_mut(n.max(1)).for_each(|x| factors.solve(x));
     for (row, i) in unknowns.iter().enumerate() {
         for (c, &channel) in channels.iter().enumerate() {
             h[i.index()][channel] = right[c * n + row];
         }
     }
+    Ok(())
 }

@@ -7,9 +7,9 @@
 
 use glam::{DVec3, Vec3};
 
-use super::simd::{LANES, multiversion};
 use crate::patches::BoxTree;
 use crate::scene::{Geometry, TriangleId};
+use crate::simd::{LANES, multiversion};
 
 /// The closed bodies among the solid triangles.
 #[derive(Debug, Clone, Default)]

@@ -5,9 +5,10 @@ use std::collections::HashMap;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::{Bvh, Frame, Hits, LANES, NOTHING, Packet};
+use super::{Bvh, Frame, Hits, NOTHING, Packet};
 use crate::patches::{PatchId, Patches, SurfacePoint};
 use crate::scene::{Geometry, Side, TriangleId};
+use crate::simd::LANES;
 
 /// A patch that sends more than this share of its light to backs that do not reflect is covered.
 pub const COVERED: f64 = 0.5;

@@ -6,7 +6,7 @@ use glam::{DVec3, Vec3};
 
 use super::NOTHING;
 use super::occluders::Frame;
-use super::simd::LANES;
+use crate::simd::LANES;
 
 /// A rectangle of pixels on a plane at distance 1 before the pinhole.
 ///

@@ -5,9 +5,9 @@ use std::collections::HashMap;
 use glam::{DVec3, Vec3};
 
 use super::Bodies;
-use super::simd::multiversion;
 use crate::scene::geometry::position_key;
 use crate::scene::{Geometry, TriangleId};
+use crate::simd::multiversion;
 
 /// All solid triangles in single precision, centred on the scene.
 #[derive(Debug, Clone)]

@@ -15,7 +15,7 @@
 
 use glam::{DVec3, Vec3};
 
-use super::simd::{LANES, multiversion};
+use crate::simd::{LANES, multiversion};
 
 /// Lengths below this fraction of the radius of all triangles are rounding noise of single
 /// precision (some 16 units in the last place). A triangle whose plane an end of a segment

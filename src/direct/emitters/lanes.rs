@@ -7,7 +7,8 @@ use glam::Vec3;
 use super::Receiver;
 use super::sources::{Source, Unit, sphere};
 use crate::scene::{Rgb, luminance};
-use crate::visibility::{Bvh, LANES, multiversion};
+use crate::simd::{LANES, multiversion};
+use crate::visibility::Bvh;
 
 /// A receiver nearer than this many times its own size to an emitter leaves it to the rays.
 pub(super) const NEAREST: f32 = 2.0;

@@ -9,7 +9,8 @@ use super::tree::Cut;
 use super::{Emitters, Group, Receiver, ReceiverPoint};
 use crate::engines::sampling::{Random, on_triangle};
 use crate::scene::Rgb;
-use crate::visibility::{LANES, Packet};
+use crate::simd::LANES;
+use crate::visibility::Packet;
 
 /// Pairs drawn at first: half of them from each of two independent sequences.
 pub(super) const PAIRS: usize = LANES;

@@ -11,7 +11,8 @@ use super::Receiver;
 use super::lanes::{Block, Entry, NEAREST, brightness, suitable};
 use super::sources::{Source, Unit, halve};
 use crate::scene::Rgb;
-use crate::visibility::{Bvh, LANES};
+use crate::simd::LANES;
+use crate::visibility::Bvh;
 
 /// A part of the hierarchy stands for its sources where it is farther than this many times the root of
 /// its area, and than this many times its radius: its centre then errs by less than a thousandth.

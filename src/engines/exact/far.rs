@@ -15,9 +15,10 @@ use std::f32::consts::FRAC_1_PI;
 
 use glam::DVec3;
 
-use super::model::Model;
+use super::places::Place;
 use super::triangles::{Triangles, pad, stand_in};
-use crate::visibility::{LANES, Lanes, multiversion};
+use crate::simd::{LANES, multiversion};
+use crate::visibility::Lanes;
 
 /// Patches nearer than this many sums of radii are left to more points: beyond, the rule errs by
 /// less than some 3e-4 of S. That is for an error of 1e-3; it falls as the fourth power.
@@ -27,7 +28,7 @@ const POWER: f64 = 0.25;
 /// Heights below this are noise of single precision, in units of the scene's radius.
 const NOISE: f32 = 1e-6;
 
-/// Share of a corner's height that its point of the rule has at least.
+/// Fraction of a corner's height that its point of the rule has at least.
 const TIP: f32 = 1e-3;
 
 /// Marks what is to be looked at on its own.
@@ -35,7 +36,7 @@ pub(super) const CLOSELY: f32 = f32::NEG_INFINITY;
 
 /// Patches in the order of the tree, in units of the scene's radius about its centre.
 #[derive(Debug, Default)]
-pub(super) struct Columns {
+pub(super) struct FarPatches {
     /// Each patch, or what stands for its pieces.
     triangles: Triangles,
     /// Infinite where nothing can stand for a patch.
@@ -47,42 +48,38 @@ pub(super) struct Columns {
     far: f32,
 }
 
-impl Columns {
-    /// For factors that may err by `error`.
-    pub fn new(model: &Model<'_>, error: f64) -> Self {
+impl FarPatches {
+    /// None yet, for factors that may err by `error`.
+    pub fn new(error: f64) -> Self {
         let far = (FAR * (1e-3 / error).max(1.0).powf(POWER)) as f32;
-        let mut me = Self { far, ..Self::default() };
-        let scale = model.bvh.scale();
-        let mut pieces = Vec::new();
-        for at in 0..model.len() {
-            pieces.clear();
-            pieces.extend(model.pieces(at).iter().map(|p| {
-                let local = |k: usize| (p.polygon.corners()[k] - model.bvh.center()) / scale;
-                ([0, 1, 2].map(local), p.polygon.normal)
-            }));
-            let stand_in = stand_in(&pieces, f64::from(NOISE));
-            let (corners, normal) = stand_in.unwrap_or(([DVec3::ZERO; 3], DVec3::ZERO));
-            let centre = corners.iter().sum::<DVec3>() / 3.0;
-            let reach = pieces.iter().flat_map(|p| &p.0).map(|c| c.distance(centre));
-            let radius = reach.fold(0.0, f64::max);
-            me.triangles.push(corners, normal);
-            me.radius.push(if stand_in.is_some() { radius as f32 } else { f32::INFINITY });
-            me.several.push(if pieces.len() > 1 { 1.0 } else { 0.0 });
-            me.area.push((model.areas[at] / (scale * scale)) as f32);
-        }
-        me.triangles.pad();
-        pad(&mut me.radius);
-        pad(&mut me.area);
-        pad(&mut me.several);
-        me
+        Self { far, ..Self::default() }
+    }
+
+    /// Adds a patch of this area that consists of triangles with these corners and normals.
+    pub fn push(&mut self, triangles: &[([DVec3; 3], DVec3)], area: f64) {
+        let stand_in = stand_in(triangles, f64::from(NOISE));
+        let (corners, normal) = stand_in.unwrap_or(([DVec3::ZERO; 3], DVec3::ZERO));
+        let centre = corners.iter().sum::<DVec3>() / 3.0;
+        let reach = triangles.iter().flat_map(|t| &t.0).map(|c| c.distance(centre));
+        let radius = reach.fold(0.0, f64::max);
+        self.triangles.push(corners, normal);
+        self.radius.push(if stand_in.is_some() { radius as f32 } else { f32::INFINITY });
+        self.several.push(if triangles.len() > 1 { 1.0 } else { 0.0 });
+        self.area.push(area as f32);
+    }
+
+    /// Adds what kernels may read beyond the last.
+    pub fn pad(&mut self) {
+        self.triangles.pad();
+        [&mut self.radius, &mut self.area, &mut self.several].into_iter().for_each(pad);
     }
 }
 
 multiversion! {
-    /// S of patch `row` with those from place `from` on, in units of the scene's radius squared;
+    /// S of the patch at `row` with those from `from` on, in units of the scene's radius squared;
     /// -S where one straddles the other's plane, and the rule is less good; [`CLOSELY`] where that
     /// takes another method.
-    pub(super) fn exchange_with(columns: &Columns, row: usize, from: usize, out: &mut [Lanes])
+    pub(super) fn exchange_with(patches: &FarPatches, row: Place, from: Place, out: &mut [Lanes])
         = exchange_kernel
 }
 
@@ -93,17 +90,18 @@ fn lanes(v: &[f32], at: usize) -> &Lanes {
 }
 
 #[inline(always)]
-fn exchange_kernel(columns: &Columns, row: usize, from: usize, out: &mut [Lanes]) {
+fn exchange_kernel(patches: &FarPatches, row: Place, from: Place, out: &mut [Lanes]) {
+    let (row, from) = (row.index(), from.index());
     let number = |v: &[f32]| v.get(row).map_or(0.0, |&x| x);
-    let Triangles { corners: c, normal, centre } = &columns.triangles;
+    let Triangles { corners: c, normal, centre } = &patches.triangles;
     let (ax, ay, az) = (number(&c[0]), number(&c[1]), number(&c[2]));
     let (bx, by, bz) = (number(&c[3]), number(&c[4]), number(&c[5]));
     let (cx, cy, cz) = (number(&c[6]), number(&c[7]), number(&c[8]));
     let [nx, ny, nz] = [0, 1, 2].map(|k| number(&normal[k]));
     let [mx, my, mz] = [0, 1, 2].map(|k| number(&centre[k]));
-    let radius = number(&columns.radius);
-    let own_several = number(&columns.several);
-    let area = number(&columns.area) * FRAC_1_PI;
+    let radius = number(&patches.radius);
+    let own_several = number(&patches.several);
+    let area = number(&patches.area) * FRAC_1_PI;
     // The rule's points lie half-way from the centre to the corners.
     let points = [
         [0.5 * (mx + ax), 0.5 * (my + ay), 0.5 * (mz + az)],
@@ -117,8 +115,8 @@ fn exchange_kernel(columns: &Columns, row: usize, from: usize, out: &mut [Lanes]
         let [rx, ry, rz] = [6, 7, 8].map(|k| lanes(&c[k], at));
         let [ux, uy, uz] = [0, 1, 2].map(|k| lanes(&normal[k], at));
         let [ox, oy, oz] = [0, 1, 2].map(|k| lanes(&centre[k], at));
-        let (radii, areas) = (lanes(&columns.radius, at), lanes(&columns.area, at));
-        let several = lanes(&columns.several, at);
+        let (radii, areas) = (lanes(&patches.radius, at), lanes(&patches.area, at));
+        let several = lanes(&patches.several, at);
         for l in 0..LANES {
             // Heights of their corners over this plane, and of these over theirs.
             let h0 = nx * (px[l] - mx) + ny * (py[l] - my) + nz * (pz[l] - mz);
@@ -130,7 +128,7 @@ fn exchange_kernel(columns: &Columns, row: usize, from: usize, out: &mut [Lanes]
             let (h_low, h_high) = (min(min(h0, h1), h2), max(max(h0, h1), h2));
             let (g_low, g_high) = (min(min(g0, g1), g2), max(max(g0, g1), g2));
             let (dx, dy, dz) = (ox[l] - mx, oy[l] - my, oz[l] - mz);
-            let reach = columns.far * (radius + radii[l]);
+            let reach = patches.far * (radius + radii[l]);
             let far = dx * dx + dy * dy + dz * dz > reach * reach;
             let whole = (h_low >= -NOISE) & (g_low >= -NOISE);
             let height = above(h0, h1, h2) * above(g0, g1, g2);

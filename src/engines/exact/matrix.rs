@@ -6,12 +6,13 @@
 
 use rayon::prelude::*;
 
-use super::Exact;
+use super::pairs::Pairs;
+use super::places::{Place, TileId, Wanted};
+use super::rows::{Accounts, entries};
 use super::tree::TILE;
 use crate::engines::engine::AssembleError;
 use crate::form_factors::{Row, RowBlock, RowSink, SinkError, Weights, entry_bytes, sum};
-use crate::patches::PatchId;
-use crate::progress::Progress;
+use crate::progress::{Cancelled, Progress};
 
 /// The exchange of the pairs of two tiles, by rows.
 #[derive(Debug, Default)]
@@ -21,12 +22,12 @@ struct Upper {
     exchange: Vec<f32>,
 }
 
-/// The exchange between a tile and itself and those before it: in few large pieces, which go back to the
-/// system when they are dropped.
+/// The exchange between a tile and itself and those before it: in a few large allocations, which go
+/// back to the system when they are dropped.
 #[derive(Debug, Default)]
 struct Column {
-    /// Where the rows of each tile begin, and where its last ends: [`TILE`] + 1 a tile, about its own
-    /// first entry.
+    /// Where the rows of each tile begin, and where its last ends: [`TILE`] + 1 a tile, about its
+    /// own first entry.
     starts: Vec<u16>,
     /// Where the entries of each tile begin.
     tiles: Vec<usize>,
@@ -54,12 +55,13 @@ impl Column {
     }
 
     /// Number of entries of a tile.
-    fn len(&self, tile: usize) -> usize {
-        usize::from(self.starts[(tile + 1) * (TILE + 1) - 1])
+    fn len(&self, tile: TileId) -> usize {
+        usize::from(self.starts[(tile.index() + 1) * (TILE + 1) - 1])
     }
 
     /// Columns and exchange of row `k` of a tile.
-    fn row(&self, tile: usize, k: usize) -> impl Iterator<Item = (u8, f32)> {
+    fn row(&self, tile: TileId, k: usize) -> impl Iterator<Item = (u8, f32)> {
+        let tile = tile.index();
         let starts = &self.starts[tile * (TILE + 1) + k..][..2];
         let [from, to] = [0, 1].map(|n| self.tiles[tile] + usize::from(starts[n]));
         self.columns[from..to].iter().copied().zip(self.exchange[from..to].iter().copied())
@@ -69,113 +71,106 @@ impl Column {
 /// Tiles whose columns are evaluated, or whose rows are written, together.
 const WAVE: usize = 8;
 
-impl Exact<'_> {
-    /// Makes the rows of all patches, the same to the last bit as rows made one by one, in the
-    /// `room` that the sink has, and hands them over tile by tile. Advances `progress` by one a row.
-    pub(super) fn all(
-        &self,
-        room: u64,
-        sink: &mut dyn RowSink,
-        progress: &dyn Progress,
-    ) -> Result<(), AssembleError> {
-        let tiles = self.model.tree.tiles.len();
-        let mut upper: Vec<Column> = Vec::with_capacity(tiles);
-        let mut entries = 0;
-        for first in (0..tiles).step_by(WAVE) {
-            let wave = first..(first + WAVE).min(tiles);
-            let pairs: Vec<(usize, usize)> =
-                wave.clone().flat_map(|b| (0..=b).map(move |a| (a, b))).collect();
-            let made: Vec<Upper> =
-                pairs.par_iter().with_max_len(4).map(|&(a, b)| self.upper(a, b)).collect();
-            entries += 2 * made.iter().map(|u| u.exchange.len() as u64).sum::<u64>();
-            if entries * entry_bytes(&Weights::Each(Vec::new())) > room {
-                return Err(SinkError::Memory { allowed: room }.into());
-            }
-            let mut made = made.into_iter();
-            for b in wave.clone() {
-                upper.push(Column::new(&made.by_ref().take(b + 1).collect::<Vec<_>>()));
-            }
-            let done = wave.map(|t| self.tile_len(t)).sum::<usize>();
-            progress.advance(done as u64)?;
-        }
-        for first in (0..tiles).step_by(WAVE) {
-            let wave = first..(first + WAVE).min(tiles);
-            let made: Vec<RowBlock> = wave
-                .clone()
-                .into_par_iter()
-                .with_max_len(1)
-                .map(|t| self.rows(t, &upper))
-                .collect();
-            made.into_iter().try_for_each(|block| sink.take(block))?;
-            wave.for_each(|t| upper[t] = Column::default());
+/// Makes the rows of all patches, the same to the last bit as rows made one by one, in the `room`
+/// that the sink has, and hands them over tile by tile. Advances `progress` by one a row.
+pub(super) fn make(
+    pairs: &Pairs<'_>,
+    accounts: &Accounts<'_>,
+    room: u64,
+    sink: &mut dyn RowSink,
+    progress: &dyn Progress,
+) -> Result<(), AssembleError> {
+    let tree = &pairs.model.tree;
+    let tiles: Vec<TileId> = tree.tiles().collect();
+    let mut upper: Vec<Column> = Vec::with_capacity(tiles.len());
+    let mut entries = 0;
+    for wave in tiles.chunks(WAVE) {
+        let of_wave: Vec<[TileId; 2]> =
+            wave.iter().flat_map(|&b| tiles[..=b.index()].iter().map(move |&a| [a, b])).collect();
+        let upper_half = |&tiles| {
             progress.advance(0)?;
+            Ok(upper_half(pairs, tiles))
+        };
+        let made: Result<Vec<Upper>, Cancelled> =
+            of_wave.par_iter().with_max_len(4).map(upper_half).collect();
+        let made = made?;
+        entries += 2 * made.iter().map(|u| u.exchange.len() as u64).sum::<u64>();
+        if entries * entry_bytes(&Weights::Each(Vec::new())) > room {
+            return Err(SinkError::Memory { allowed: room }.into());
         }
-        Ok(())
+        let mut made = made.into_iter();
+        for b in wave {
+            upper.push(Column::new(&made.by_ref().take(b.index() + 1).collect::<Vec<_>>()));
+        }
+        let done = wave.iter().map(|&t| tree.tile(t).len()).sum::<usize>();
+        progress.advance(done as u64)?;
     }
-
-    fn tile_range(&self, t: usize) -> std::ops::Range<usize> {
-        let node = &self.model.tree.nodes[self.model.tree.tiles[t] as usize];
-        node.from as usize..node.to as usize
+    for wave in tiles.chunks(WAVE) {
+        let made: Vec<RowBlock> = wave
+            .par_iter()
+            .with_max_len(1)
+            .map(|&tile| rows(pairs, accounts, tile, &upper))
+            .collect();
+        made.into_iter().try_for_each(|block| sink.take(block))?;
+        wave.iter().for_each(|tile| upper[tile.index()] = Column::default());
+        progress.advance(0)?;
     }
+    Ok(())
+}
 
-    fn tile_len(&self, t: usize) -> usize {
-        self.tile_range(t).len()
-    }
+/// Evaluates the pairs of two tiles.
+fn upper_half(pairs: &Pairs<'_>, tiles: [TileId; 2]) -> Upper {
+    let [rows, columns] = tiles.map(|tile| pairs.model.tree.tile(tile));
+    let mut upper = Upper { starts: vec![0], ..Upper::default() };
+    pairs.tile(&pairs.task(Wanted(None)), tiles, |i, j, s| {
+        upper.starts.resize(rows.offset(i) + 1, upper.columns.len() as u16);
+        upper.columns.push(columns.offset(j) as u8);
+        upper.exchange.push(s);
+    });
+    upper.starts.resize(rows.len() + 1, upper.columns.len() as u16);
+    upper.columns.shrink_to_fit();
+    upper.exchange.shrink_to_fit();
+    upper
+}
 
-    fn upper(&self, a: usize, b: usize) -> Upper {
-        let (rows, columns) = (self.tile_range(a), self.tile_range(b));
-        let mut upper = Upper { starts: vec![0], ..Upper::default() };
-        let tiles = &self.model.tree.tiles;
-        self.with_work(|work| {
-            self.task(None).tile(tiles[a], tiles[b], work, |i, j, s| {
-                upper.starts.resize(i - rows.start + 1, upper.columns.len() as u16);
-                upper.columns.push((j - columns.start) as u8);
-                upper.exchange.push(s);
-            });
-        });
-        upper.starts.resize(rows.len() + 1, upper.columns.len() as u16);
-        upper.columns.shrink_to_fit();
-        upper.exchange.shrink_to_fit();
-        upper
-    }
-
-    /// The rows of a tile.
-    fn rows(&self, tile: usize, upper: &[Column]) -> RowBlock {
-        let model = &self.model;
-        let own = self.tile_range(tile);
-        let n = model.len();
-        let order = &model.tree.order;
-        let mut dense = vec![0.0_f32; own.len() * n];
-        let mut count = 0;
-        for other in 0..upper.len() {
-            let (a, b) = (tile.min(other), tile.max(other));
-            let (rows, columns) = (self.tile_range(a), self.tile_range(b));
-            count += upper[b].len(a) * if a == b { 2 } else { 1 };
-            for i in rows.clone() {
-                for (c, s) in upper[b].row(a, i - rows.start) {
-                    let j = columns.start + usize::from(c);
-                    if a == tile {
-                        dense[(i - own.start) * n + order[j] as usize] = s;
-                    }
-                    if b == tile {
-                        dense[(j - own.start) * n + order[i] as usize] = s;
-                    }
+/// The rows of a tile.
+fn rows(pairs: &Pairs<'_>, accounts: &Accounts<'_>, tile: TileId, upper: &[Column]) -> RowBlock {
+    let model = &pairs.model;
+    let tree = &model.tree;
+    let own = tree.tile(tile);
+    let n = model.len();
+    let mut dense = vec![0.0_f32; own.len() * n];
+    let at = |row: Place, column: Place| own.offset(row) * n + tree.order[column.index()].index();
+    let mut count = 0;
+    for other in tree.tiles() {
+        let (a, b) = (tile.min(other), tile.max(other));
+        let (rows, columns) = (tree.tile(a), tree.tile(b));
+        let pairs = &upper[b.index()];
+        count += pairs.len(a) * if a == b { 2 } else { 1 };
+        for i in rows.iter() {
+            for (c, s) in pairs.row(a, rows.offset(i)) {
+                let j = Place(columns.first().0 + u32::from(c));
+                if a == tile {
+                    dense[at(i, j)] = s;
+                }
+                if b == tile {
+                    dense[at(j, i)] = s;
                 }
             }
         }
-        let ids = order[own].iter().map(|&p| PatchId(p)).collect();
-        let mut block = RowBlock { ids, starts: vec![0], ..RowBlock::default() };
-        // One more: room to write what is then left out.
-        block.columns.reserve_exact(count + 1);
-        let mut weights = Vec::with_capacity(count + 1);
-        let mut rays = Row::default();
-        for (&id, exchange) in block.ids.iter().zip(dense.chunks_exact(n)) {
-            let from = block.columns.len();
-            self.entries(id, exchange, &mut block.columns, &mut weights);
-            block.starts.push(block.columns.len());
-            block.accounts.push(self.account(id, sum(&weights[from..]), &mut rays));
-        }
-        block.weights = Weights::Each(weights);
-        block
     }
+    let ids = tree.patches(own).to_vec();
+    let mut block = RowBlock { ids, starts: vec![0], ..RowBlock::default() };
+    // One more: `entries` writes one beyond the last.
+    block.columns.reserve_exact(count + 1);
+    let mut weights = Vec::with_capacity(count + 1);
+    let mut rays = Row::default();
+    for (&id, exchange) in block.ids.iter().zip(dense.chunks_exact(n)) {
+        let from = block.columns.len();
+        entries(model, id, exchange, &mut block.columns, &mut weights);
+        block.starts.push(block.columns.len());
+        block.accounts.push(accounts.of(id, sum(&weights[from..]), &mut rays));
+    }
+    block.weights = Weights::Each(weights);
+    block
 }

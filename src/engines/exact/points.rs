@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::unoccluded::{Polygon, area};
+use super::polygon::{Polygon, area};
 use crate::engines::sampling::on_triangle;
 
 /// A polygon as triangles, to draw points of it.
@@ -11,7 +11,7 @@ pub(super) struct Area {
     pub area: f64,
     /// Corner and two edges of each.
     triangles: [[DVec3; 3]; 3],
-    /// Share of the area up to the end of each, and the inverse of its own.
+    /// Fraction of the area up to the end of each, and the inverse of its own.
     upto: [f64; 3],
     inverse: [f64; 3],
 }
@@ -27,10 +27,10 @@ impl Area {
         };
         let mut sum = 0.0;
         for (k, [a, b, c]) in p.fan().enumerate().take(3) {
-            let share = area([a, b, c]) / total;
-            sum += share;
+            let fraction = area([a, b, c]) / total;
+            sum += fraction;
             me.triangles[k] = [a, b - a, c - a];
-            me.inverse[k] = if share > 0.0 { 1.0 / share } else { 0.0 };
+            me.inverse[k] = if fraction > 0.0 { 1.0 / fraction } else { 0.0 };
             me.upto[k] = if k + 3 == p.corners().len() { 2.0 } else { sum };
         }
         me
@@ -50,17 +50,17 @@ impl Area {
 /// The point of a polygon of up to five corners with coordinates in the unit square, uniform in the
 /// solid angle about `x`, and that angle in sr; `None` if it has none.
 pub(super) fn point_by_angle(q: &Polygon, x: DVec3, u: f64, v: f64) -> Option<(DVec3, f64)> {
-    let mut parts = [None; 3];
-    parts.iter_mut().zip(q.fan()).for_each(|(part, t)| *part = Apparent::new(t, x));
-    let parts = || parts.iter().flatten();
-    let total: f64 = parts().map(|p| p.angle).sum();
+    let mut seen = [None; 3];
+    seen.iter_mut().zip(q.fan()).for_each(|(seen, t)| *seen = Apparent::new(t, x));
+    let triangles = || seen.iter().flatten();
+    let total: f64 = triangles().map(|p| p.angle).sum();
     let mut left = u * total;
-    let hit = parts().find(|p| {
+    let hit = triangles().find(|p| {
         left -= p.angle;
         left <= 0.0
     });
-    let part = hit.or(parts().last())?;
-    let d = part.direction((left / part.angle + 1.0).clamp(0.0, 1.0), v);
+    let triangle = hit.or(triangles().last())?;
+    let d = triangle.direction((left / triangle.angle + 1.0).clamp(0.0, 1.0), v);
     let t = q.normal.dot(q.corners()[0] - x) / q.normal.dot(d);
     t.is_finite().then_some((x + d * t, total))
 }
@@ -122,7 +122,7 @@ mod tests {
     fn directions_are_spread_evenly() {
         let t = [dvec3(0.0, 0.0, 1.0), dvec3(2.0, 0.3, 1.0), dvec3(0.2, 1.5, 0.7)];
         let whole = Apparent::new(t, DVec3::ZERO).unwrap();
-        // The parts on both sides of a line through a corner get their shares of the points.
+        // The triangles on both sides of a line through a corner get their fractions of the points.
         let middle = 0.3 * t[1] + 0.7 * t[2];
         let part = Apparent::new([t[0], t[1], middle], DVec3::ZERO).unwrap();
         let rest = Apparent::new([t[0], middle, t[2]], DVec3::ZERO).unwrap();
@@ -142,7 +142,7 @@ mod tests {
                 count += i32::from(wall.dot(d) * wall.dot(t[1]) > 0.0);
             }
         }
-        let share = f64::from(count) / f64::from(n * n);
-        assert!((share - part.angle / whole.angle).abs() < 2e-3, "{share}");
+        let fraction = f64::from(count) / f64::from(n * n);
+        assert!((fraction - part.angle / whole.angle).abs() < 2e-3, "{fraction}");
     }
 }

@@ -2,8 +2,9 @@
 //! at more closely.
 //!
 //! A shaft is the convex hull of two boxes (Haines & Wallace 1991, "Shaft culling for efficient
-//! ray-traced radiosity"); what is outside blocks nothing between them. For what is inside, segments
-//! from corner to corner decide: on which side of an edge q₀q₁ a segment xy passes is the sign of
+//! ray-traced radiosity"); what is outside blocks nothing between them. For what is inside,
+//! segments from corner to corner decide: on which side of an edge q₀q₁ a segment xy passes is the
+//! sign of
 //!
 //! ```text
 //! (q₀ - x) × (q₁ - x) · (y - x)
@@ -14,18 +15,18 @@
 
 use glam::DVec3;
 
-use super::blockers::{Blocker, Blockers, NONE};
+use super::blockers::{Blocker, BlockerId, Blockers};
 use super::tree::Node;
 
-/// What a polygon does between two groups.
+/// What a polygon hides between two groups.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Between {
+pub(super) enum Occlusion {
     /// It blocks no segment.
-    Nothing,
+    None,
     /// It may block some.
-    Something,
+    Partial,
     /// It blocks all.
-    Everything,
+    Complete,
 }
 
 /// The planes about the convex hull of two boxes.
@@ -84,7 +85,7 @@ fn range(numbers: impl Iterator<Item = f64>) -> (f64, f64) {
     numbers.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)))
 }
 
-/// Whether one of two groups is all behind the plane of the other.
+/// Whether one of two groups lies completely behind the plane of the other.
 pub(super) fn face_away(a: &Node, b: &Node, coplanar: f64) -> bool {
     let behind = |a: &Node, b: &Node| {
         a.plane.is_some_and(|(n, d)| b.corners().iter().all(|c| n.dot(*c) - d <= coplanar))
@@ -92,49 +93,49 @@ pub(super) fn face_away(a: &Node, b: &Node, coplanar: f64) -> bool {
     behind(a, b) || behind(b, a)
 }
 
-/// What a polygon does between two groups that the shaft is about. A body's face counts if it is
+/// What a polygon hides between two groups that the shaft is about. A body's face counts if it is
 /// entered from `a`, unless something of `a` is inside. `closely` also looks at small polygons from
 /// corner to corner.
-pub(super) fn relation(
+pub(super) fn occlusion(
     q: &Blocker,
     shaft: &Shaft,
     [a, b]: [&Node; 2],
     closely: bool,
     coplanar: f64,
-) -> Between {
+) -> Occlusion {
     if shaft.misses_box(q.low, q.high) {
-        return Between::Nothing;
+        return Occlusion::None;
     }
     let (a_low, a_high) = range(a.corners().iter().map(|&c| q.height(c)));
     let (b_low, b_high) = range(b.corners().iter().map(|&c| q.height(c)));
     let same_side = a_low.min(b_low) >= -coplanar || a_high.max(b_high) <= coplanar;
-    let entered = q.body != NONE && !a.inside.contains(&q.body);
+    let entered = q.body.is_some_and(|body| !a.inside.contains(&body));
     if same_side || entered && (a_high <= coplanar || b_low >= -coplanar) {
-        return Between::Nothing;
+        return Occlusion::None;
     }
     let behind = |n: &Node| {
         n.plane.is_some_and(|(m, d)| q.corners.iter().all(|c| m.dot(*c) - d <= coplanar))
     };
     if behind(a) || behind(b) || shaft.misses(&q.corners) {
-        return Between::Nothing;
+        return Occlusion::None;
     }
     // What is smaller than both groups cannot hide one from the other.
     let large = q.low.distance_squared(q.high) >= a.diagonal().min(b.diagonal());
     if !large && !closely {
-        return Between::Something;
+        return Occlusion::Partial;
     }
     if a_low > coplanar && b_high < -coplanar {
         across(q, a, b, 1.0, coplanar)
     } else if a_high < -coplanar && b_low > coplanar {
         across(q, a, b, -1.0, coplanar)
     } else {
-        Between::Something
+        Occlusion::Partial
     }
 }
 
-/// What a polygon does whose plane parts two groups; `a` is in front of it if `side` is 1, behind it
-/// if -1.
-fn across(q: &Blocker, a: &Node, b: &Node, side: f64, coplanar: f64) -> Between {
+/// What a polygon hides whose plane separates two groups; `a` is in front of it if `side` is 1,
+/// behind it if -1.
+fn across(q: &Blocker, a: &Node, b: &Node, side: f64, coplanar: f64) -> Occlusion {
     let mut inside = true;
     for k in 0..q.corners.len() {
         let (q0, q1) = (q.corners[k], q.corners[(k + 1) % q.corners.len()]);
@@ -149,18 +150,18 @@ fn across(q: &Blocker, a: &Node, b: &Node, side: f64, coplanar: f64) -> Between 
         // As seen from the front, segments inside pass on the left: the product is negative.
         let noise = coplanar * coplanar * (q1 - q0).length();
         if low >= -noise {
-            return Between::Nothing;
+            return Occlusion::None;
         }
         inside &= high < -noise;
     }
-    if inside { Between::Everything } else { Between::Something }
+    if inside { Occlusion::Complete } else { Occlusion::Partial }
 }
 
 /// A hierarchy of boxes over blockers.
 #[derive(Debug, Default)]
 pub(super) struct BlockerTree {
     nodes: Vec<BlockerNode>,
-    order: Vec<u32>,
+    order: Vec<BlockerId>,
 }
 
 #[derive(Debug)]
@@ -177,7 +178,8 @@ impl BlockerTree {
     pub fn new(blockers: &Blockers) -> Self {
         let boxes: Vec<(DVec3, DVec3)> =
             blockers.polygons.iter().map(|p| (p.low, p.high)).collect();
-        let mut me = Self { nodes: Vec::new(), order: (0..boxes.len() as u32).collect() };
+        let order = (0..boxes.len() as u32).map(BlockerId).collect();
+        let mut me = Self { nodes: Vec::new(), order };
         if !boxes.is_empty() {
             me.build(0, boxes.len(), &boxes);
         }
@@ -186,7 +188,7 @@ impl BlockerTree {
 
     fn build(&mut self, from: usize, to: usize, boxes: &[(DVec3, DVec3)]) {
         const LEAF: usize = 4;
-        let of = |&i: &u32| boxes[i as usize];
+        let of = |i: &BlockerId| boxes[i.index()];
         let (low, high) = self.order[from..to]
             .iter()
             .map(of)
@@ -198,7 +200,7 @@ impl BlockerTree {
         }
         let extent = high - low;
         let axis = (0..3).fold(0, |best, k| if extent[k] > extent[best] { k } else { best });
-        let key = |i: &u32| of(i).0[axis] + of(i).1[axis];
+        let key = |i: &BlockerId| of(i).0[axis] + of(i).1[axis];
         self.order[from..to].sort_by(|i, j| key(i).total_cmp(&key(j)).then(i.cmp(j)));
         let middle = (from + to) / 2;
         self.build(from, middle, boxes);
@@ -207,7 +209,7 @@ impl BlockerTree {
     }
 
     /// Hands over the blockers near a shaft, in a fixed order.
-    pub fn near(&self, shaft: &Shaft, mut each: impl FnMut(u32)) {
+    pub fn near(&self, shaft: &Shaft, mut each: impl FnMut(BlockerId)) {
         let mut stack = Vec::with_capacity(64);
         stack.extend((!self.nodes.is_empty()).then_some(0));
         while let Some(at) = stack.pop() {

@@ -60,6 +60,34 @@ fn the_matrix_has_the_bits_of_its_rows_for_any_threads() {
     }
 }
 
+/// Cancels after it was asked so many times.
+struct CancelAfter(std::sync::atomic::AtomicUsize);
+
+impl Progress for CancelAfter {
+    fn stage(&self, _name: &str, _total: u64) {}
+
+    fn advance(&self, _n: u64) -> Result<(), crate::progress::Cancelled> {
+        use std::sync::atomic::Ordering::Relaxed;
+        let left = self.0.fetch_update(Relaxed, Relaxed, |left| left.checked_sub(1));
+        left.map(|_| ()).map_err(|_| crate::progress::Cancelled)
+    }
+}
+
+#[test]
+fn an_interrupt_is_heard_between_two_pairs_of_tiles() {
+    let g = builtin::build("furnace").unwrap().geometry;
+    let p = Patches::uniform(&g, 0.005).unwrap();
+    let bvh = Bvh::new(&g);
+    let ids: Vec<PatchId> = p.ids().collect();
+    let mut engine = Exact::new(&g, &p, &bvh, ExactOptions::default());
+    let mut factors = FormFactors::new(p.len(), 1 << 32);
+    let error = engine.make(&ids, &mut factors, &CancelAfter(2.into())).unwrap_err();
+    assert!(crate::progress::is_cancelled(&error), "{error}");
+    // Two pairs of tiles of the first 36.
+    let pairs = engine.counts()[0];
+    assert!(pairs <= 2 * 128 * 128, "{pairs}");
+}
+
 #[test]
 fn a_closed_cube_loses_nothing() {
     let g = builtin::build("furnace").unwrap().geometry;
@@ -181,8 +209,8 @@ fn rectangles_have_their_known_factors() {
     }
 }
 
-/// A disc of radius 1 about the point at height `z` on the axis z, of the area of a circle, facing up or
-/// down.
+/// A disc of radius 1 about the point at height `z` on the axis z, of the area of a circle, facing
+/// up or down.
 fn disc(z: f64, up: bool) -> Vec<[DVec3; 3]> {
     const SIDES: usize = 96;
     let step = std::f64::consts::TAU / SIDES as f64;
@@ -310,7 +338,7 @@ fn a_polyhedral_sphere_is_closed_and_everything_sees_alike() {
 }
 
 #[test]
-fn the_visible_share_is_weighted_by_the_kernel() {
+fn the_visible_fraction_is_weighted_by_the_kernel() {
     // The wall's lowest tenth hides behind a skirting that hangs just before it.
     let (o, x, y, z) = (DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z);
     let [s, h] = [y * 1e-4 + z * 1e-4, z * 0.1];
@@ -325,16 +353,16 @@ fn the_visible_share_is_weighted_by_the_kernel() {
     let g = scene(&t, Sides::One);
     let p = Patches::uniform(&g, 10.0).unwrap();
     for (error, bound) in [(1e-3, 2e-3), (1e-4, 6e-4), (1e-5, 6e-4)] {
-        let share = share_of(&g, &p, ExactOptions { error, seed: 0 });
-        // Integrated apart, with what lines along the edge exchange in closed form. What lies within
-        // 1e-4 of the edge is hidden least, and weighs 2.5e-4.
-        assert!((share - 0.783_874).abs() < bound, "{error}: {share}");
+        let fraction = visible_fraction(&g, &p, ExactOptions { error, seed: 0 });
+        // Integrated apart, with what lines along the edge exchange in closed form. What lies
+        // within 1e-4 of the edge is hidden least, and weighs 2.5e-4.
+        assert!((fraction - 0.783_874).abs() < bound, "{error}: {fraction}");
     }
 }
 
-/// Share that is visible of what the first two patches, a unit square, exchange with the next two, a
-/// square upright on its edge.
-fn share_of(g: &Geometry, p: &Patches, options: ExactOptions) -> f64 {
+/// Fraction that is visible of what the first two patches, a unit square, exchange with the next two,
+/// a square upright on its edge.
+fn visible_fraction(g: &Geometry, p: &Patches, options: ExactOptions) -> f64 {
     let rows = rows_of(g, p, options);
     let f: f64 = [0, 1].iter().flat_map(|&i| [2, 3].map(|j| rows[i].factor_to(PatchId(j)))).sum();
     0.5 * f / 0.200_043_776_1
@@ -367,7 +395,7 @@ fn rays_between_touching_patches_go_by_solid_angle() {
         .sum();
     let expected = 0.5 * expected / 0.200_043_776_1;
     for seed in 0..8 {
-        let share = share_of(&g, &p, ExactOptions { error: 1e-4, seed });
-        assert!((share - expected).abs() < 0.01, "{seed}: {share} {expected}");
+        let fraction = visible_fraction(&g, &p, ExactOptions { error: 1e-4, seed });
+        assert!((fraction - expected).abs() < 0.01, "{seed}: {fraction} {expected}");
     }
 }

@@ -5,13 +5,17 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
+use super::blockers::BodyId;
+use super::places::{NodeId, Places, TileId};
+use crate::patches::PatchId;
+
 /// Leaves hold at most so many patches.
 pub(super) const LEAF: usize = 4;
 
 /// Tiles, the nodes that work is handed out by, hold at most so many.
 pub(super) const TILE: usize = 128;
 
-/// A turn of the normal by one radian counts as much as this share of a node's diagonal.
+/// A turn of the normal by one radian counts as much as this fraction of a node's diagonal.
 const TURN: f64 = 0.5;
 
 /// What the hierarchy knows of a patch.
@@ -26,20 +30,19 @@ pub(super) struct Extent {
 /// A run of patches in the order of the hierarchy.
 #[derive(Debug, Clone)]
 pub(super) struct Node {
-    pub from: u32,
-    pub to: u32,
-    /// The first of two children in a row; 0 for a leaf.
-    pub child: u32,
+    pub places: Places,
+    /// None for a leaf.
+    pub children: Option<[NodeId; 2]>,
     pub low: DVec3,
     pub high: DVec3,
     /// The common plane: a unit normal and the distance along it.
     pub plane: Option<(DVec3, f64)>,
     corners: [DVec3; 8],
     count: u8,
-    /// Capped bodies that some of its patches are inside.
-    pub inside: Vec<u32>,
+    /// Closed convex bodies that some of its patches are inside.
+    pub inside: Vec<BodyId>,
     /// Mean area of its patches in m².
-    pub patch: f64,
+    pub patch_area: f64,
 }
 
 impl Node {
@@ -48,12 +51,8 @@ impl Node {
         &self.corners[..usize::from(self.count)]
     }
 
-    pub fn len(&self) -> usize {
-        (self.to - self.from) as usize
-    }
-
     pub fn is_leaf(&self) -> bool {
-        self.child == 0
+        self.children.is_none()
     }
 
     /// Square of the diagonal of its box.
@@ -61,14 +60,14 @@ impl Node {
         self.low.distance_squared(self.high)
     }
 
-    /// What factors between patches of two nodes are like, about, were nothing in the way.
+    /// About the factor between patches of two nodes with nothing in the way.
     pub fn factor(&self, other: &Self) -> f64 {
         let gap = (other.low - self.high).max(self.low - other.high).max(DVec3::ZERO).length();
         let distance = gap + 0.25 * (self.diagonal().sqrt() + other.diagonal().sqrt());
-        0.25 * self.patch.max(other.patch) / (PI * distance * distance)
+        0.25 * self.patch_area.max(other.patch_area) / (PI * distance * distance)
     }
 
-    /// Which of two nodes is rather split.
+    /// Whether it is split rather than another node.
     pub fn split_before(&self, other: &Self) -> bool {
         !self.is_leaf() && (other.is_leaf() || self.diagonal() >= other.diagonal())
     }
@@ -79,9 +78,9 @@ impl Node {
 pub(super) struct Tree {
     pub nodes: Vec<Node>,
     /// Patches in the order of the leaves.
-    pub order: Vec<u32>,
+    pub order: Vec<PatchId>,
     /// The nodes that are tiles, in the order of their patches.
-    pub tiles: Vec<u32>,
+    tiles: Vec<NodeId>,
 }
 
 impl Tree {
@@ -89,55 +88,80 @@ impl Tree {
     /// `coplanar` are one.
     pub fn new<'a>(
         extents: &[Extent],
-        corners: impl Fn(u32) -> &'a [DVec3],
+        corners: impl Fn(PatchId) -> &'a [DVec3],
         coplanar: f64,
     ) -> Self {
-        let mut me = Self { order: (0..extents.len() as u32).collect(), ..Self::default() };
+        let order = (0..extents.len() as u32).map(PatchId).collect();
+        let mut me = Self { order, ..Self::default() };
         if extents.is_empty() {
             return me;
         }
-        me.nodes.push(me.node(0, extents.len(), extents, &corners, coplanar));
+        me.nodes.push(me.node_of(0, extents.len(), extents, &corners, coplanar));
         let mut at = 0;
         while at < me.nodes.len() {
-            let (from, to) = (me.nodes[at].from as usize, me.nodes[at].to as usize);
+            let range = me.nodes[at].places.range();
+            let (from, to) = (range.start, range.end);
             if to - from > LEAF {
                 let middle = from + divide(&mut me.order[from..to], extents);
-                me.nodes[at].child = me.nodes.len() as u32;
+                let first = me.nodes.len() as u32;
+                me.nodes[at].children = Some([NodeId(first), NodeId(first + 1)]);
                 for (from, to) in [(from, middle), (middle, to)] {
-                    me.nodes.push(me.node(from, to, extents, &corners, coplanar));
+                    me.nodes.push(me.node_of(from, to, extents, &corners, coplanar));
                 }
             }
             at += 1;
         }
-        me.find_tiles(0);
+        me.find_tiles(NodeId(0));
         me
     }
 
-    fn find_tiles(&mut self, at: u32) {
-        let node = &self.nodes[at as usize];
-        if node.len() <= TILE || node.is_leaf() {
-            self.tiles.push(at);
-            return;
-        }
-        let child = node.child;
-        self.find_tiles(child);
-        self.find_tiles(child + 1);
+    pub fn node(&self, id: NodeId) -> &Node {
+        &self.nodes[id.0 as usize]
     }
 
-    fn node<'a>(
+    /// All tiles, in the order of their patches.
+    pub fn tiles(&self) -> impl Iterator<Item = TileId> + Clone {
+        (0..self.tiles.len() as u32).map(TileId)
+    }
+
+    pub fn tile_node(&self, tile: TileId) -> NodeId {
+        self.tiles[tile.index()]
+    }
+
+    /// The places of the patches of a tile.
+    pub fn tile(&self, tile: TileId) -> Places {
+        self.node(self.tile_node(tile)).places
+    }
+
+    /// The patches of a run.
+    pub fn patches(&self, places: Places) -> &[PatchId] {
+        &self.order[places.range()]
+    }
+
+    fn find_tiles(&mut self, id: NodeId) {
+        let node = self.node(id);
+        match node.children {
+            Some(children) if node.places.len() > TILE => {
+                children.into_iter().for_each(|child| self.find_tiles(child));
+            }
+            _ => self.tiles.push(id),
+        }
+    }
+
+    /// A leaf of the patches from one place to another.
+    fn node_of<'a>(
         &self,
         from: usize,
         to: usize,
         extents: &[Extent],
-        corners: &impl Fn(u32) -> &'a [DVec3],
+        corners: &impl Fn(PatchId) -> &'a [DVec3],
         coplanar: f64,
     ) -> Node {
         let patches = &self.order[from..to];
         let (low, high) = bounds(patches, extents);
         let mut node = Node {
-            from: from as u32,
-            to: to as u32,
-            child: 0,
+            places: Places::new(from..to),
+            children: None,
             low,
             high,
             plane: None,
@@ -149,13 +173,13 @@ impl Tree {
             }),
             count: 8,
             inside: Vec::new(),
-            patch: 0.0,
+            patch_area: 0.0,
         };
-        let normal = extents[patches[0] as usize].normal;
+        let normal = extents[patches[0].index()].normal;
         let [origin, second, ..] = *corners(patches[0]) else { return node };
         let points = || patches.iter().flat_map(|&p| corners(p));
         let flat = normal != DVec3::ZERO
-            && patches.iter().all(|&p| extents[p as usize].normal.dot(normal) > 1.0 - 1e-9)
+            && patches.iter().all(|&p| extents[p.index()].normal.dot(normal) > 1.0 - 1e-9)
             && points().all(|&v| normal.dot(v - origin).abs() <= coplanar);
         if flat {
             node.plane = Some((normal, normal.dot(origin)));
@@ -196,21 +220,22 @@ fn rectangle(points: &[DVec3], normal: DVec3, edge: DVec3) -> [DVec3; 4] {
     if by_axis.0 < by_edge.0 { by_axis.1 } else { by_edge.1 }
 }
 
-fn bounds(patches: &[u32], extents: &[Extent]) -> (DVec3, DVec3) {
+fn bounds(patches: &[PatchId], extents: &[Extent]) -> (DVec3, DVec3) {
     patches
         .iter()
-        .map(|&p| &extents[p as usize])
+        .map(|&p| &extents[p.index()])
         .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), e| {
             (low.min(e.low), high.max(e.high))
         })
 }
 
-/// Sorts patches into two parts that differ in place or in direction; returns the length of the first.
-fn divide(patches: &mut [u32], extents: &[Extent]) -> usize {
+/// Sorts patches into two halves that differ in place or in direction; returns the length of the
+/// first.
+fn divide(patches: &mut [PatchId], extents: &[Extent]) -> usize {
     let (low, high) = bounds(patches, extents);
     let turn = TURN * low.distance(high);
-    let feature = |p: u32| -> [f64; 6] {
-        let e = &extents[p as usize];
+    let feature = |p: PatchId| -> [f64; 6] {
+        let e = &extents[p.index()];
         let (c, n) = (0.5 * (e.low + e.high), e.normal * turn);
         [c.x, c.y, c.z, n.x, n.y, n.z]
     };
@@ -231,7 +256,7 @@ fn divide(patches: &mut [u32], extents: &[Extent]) -> usize {
     patches.sort_by(|&p, &q| feature(p)[axis].total_cmp(&feature(q)[axis]).then(p.cmp(&q)));
     let at = patches.partition_point(|&p| feature(p)[axis] < middle);
     let lopsided = patches.len() / 16;
-    // A pile in one place is cut by its number.
+    // What lies all in one place is halved by number.
     if at <= lopsided || at + lopsided >= patches.len() { patches.len() / 2 } else { at }
 }
 
@@ -259,13 +284,13 @@ mod tests {
                 normal: DVec3::Z,
             })
             .collect();
-        let tree = Tree::new(&extents, |p| &corners[p as usize], 1e-9);
+        let tree = Tree::new(&extents, |p| &corners[p.index()], 1e-9);
         let mut next = 0;
-        for &t in &tree.tiles {
-            let node = &tree.nodes[t as usize];
-            assert_eq!(node.from, next);
-            assert!(node.len() <= TILE);
-            next = node.to;
+        for tile in tree.tiles() {
+            let places = tree.tile(tile).range();
+            assert_eq!(places.start, next);
+            assert!(places.len() <= TILE);
+            next = places.end;
         }
         assert_eq!(next, 1000);
         for node in &tree.nodes {
@@ -273,11 +298,11 @@ mod tests {
                 assert_eq!(n, DVec3::Z);
                 assert!(node.corners().iter().all(|c| (n.dot(*c) - d).abs() < 1e-9));
             }
-            for &p in &tree.order[node.from as usize..node.to as usize] {
-                let e = &extents[p as usize];
+            for &p in tree.patches(node.places) {
+                let e = &extents[p.index()];
                 assert!(e.low.cmpge(node.low).all() && e.high.cmple(node.high).all());
             }
         }
-        assert!(tree.tiles.iter().all(|&t| tree.nodes[t as usize].plane.is_some()));
+        assert!(tree.tiles().all(|t| tree.node(tree.tile_node(t)).plane.is_some()));
     }
 }

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::visibility::LANES;
+use crate::simd::LANES;
 
 /// Triangles in units of the scene's radius about its centre.
 #[derive(Debug, Default)]
@@ -36,8 +36,8 @@ pub(super) fn pad(numbers: &mut Vec<f32>) {
     numbers.resize(numbers.len().next_multiple_of(LANES) + LANES, 0.0);
 }
 
-/// A triangle with the centroid and the second moments of plane triangles: a rule of degree 2 on it is
-/// one on them. `None` if they do not lie in one plane, nearer to it than `coplanar`.
+/// A triangle with the centroid and the second moments of plane triangles: a rule of degree 2 on it
+/// is one on them. `None` if they do not lie in one plane, nearer to it than `coplanar`.
 pub(super) fn stand_in(
     triangles: &[([DVec3; 3], DVec3)],
     coplanar: f64,

@@ -1,9 +1,10 @@
 //! Shadow rays of pairs that matter little: one or a few each, packed 16 to a packet over the pairs
 //! of a row.
 //!
-//! What single rays err by in one pair says nothing about the next; over a row it averages out. How
-//! many a pair gets follows from its factor and the error asked for. The first few of them tell
-//! whether the pair and its neighbours in the hierarchy are in doubt: only then the others are traced.
+//! The errors of single rays in different pairs are independent: over a row they average out. How
+//! many rays a pair gets follows from its factor and the error asked for. The first few tell
+//! whether the pair and its neighbours in the hierarchy are in doubt; only then the others are
+//! traced.
 //!
 //! Points of the pairs of one row are stratified among each other: pair c has the c-th point of
 //! Kronecker's four-dimensional sequence, shifted at random for each row, and further rays of the
@@ -14,9 +15,14 @@
 use std::ops::Range;
 
 use super::model::Model;
+use super::pair::Visible;
+use super::pieces::PieceId;
+use super::places::Place;
+use super::samples::square_error;
 use super::triangles::Triangles;
 use crate::engines::sampling::{Random, on_triangle};
-use crate::visibility::{LANES, Lanes, NOTHING, Packet, multiversion};
+use crate::simd::{LANES, multiversion};
+use crate::visibility::{Lanes, NOTHING, Packet};
 
 /// Packets that are made and traced at a time.
 const PACKETS: usize = 32;
@@ -25,29 +31,15 @@ const PACKETS: usize = 32;
 /// overlooked that one of a group is hidden and none of the others, as at the foot of something.
 const PILOT: u32 = 3;
 
-/// Square of the error of all rays of a pair over that of the difference of its two halves: a quarter if
-/// rays were independent; they are stratified.
-pub(super) const TOGETHER: f64 = 0.21;
-
-/// Pairs of a row whose second patches lie together in the hierarchy: they are in doubt together, and
-/// packets hold rays of one such group alone, so that its results do not depend on what else is asked.
-const GROUP: usize = 16;
-
-/// The places of the patches that are in one group with that at a place.
-pub(super) fn group_of(place: usize) -> Range<usize> {
-    let first = place / GROUP * GROUP;
-    first..first + GROUP
-}
-
-/// Powers of the inverse of the root of x⁵ = x + 1, in units of 2⁻³²: the step of the sequence in each
-/// dimension (Roberts 2018, "The unreasonable effectiveness of quasirandom sequences").
+/// Powers of the inverse of the root of x⁵ = x + 1, in units of 2⁻³²: the step of the sequence in
+/// each dimension (Roberts 2018, "The unreasonable effectiveness of quasirandom sequences").
 const STEPS: [u32; 4] = [0xdb4f_0b91, 0xbbe0_5633, 0xa0f2_ec75, 0x89e1_8285];
 
-/// A pair that rays are asked for.
+/// A pair of a row whose visible fraction is sampled.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Asked {
-    /// Place of the second patch in the order of the tree.
-    pub column: u32,
+pub(super) struct SampledPair {
+    /// The second patch.
+    pub column: Place,
     /// S in m² with nothing in the way.
     pub exchange: f64,
     /// Rays that it gets if it is in doubt.
@@ -57,18 +49,17 @@ pub(super) struct Asked {
     clear: [f32; 2],
 }
 
-impl Asked {
-    pub fn new(column: usize, exchange: f64, rays: u32) -> Self {
-        Self { column: column as u32, exchange, rays, all: [0.0; 2], clear: [0.0; 2] }
+impl SampledPair {
+    pub fn new(column: Place, exchange: f64, rays: u32) -> Self {
+        Self { column, exchange, rays, all: [0.0; 2], clear: [0.0; 2] }
     }
 
-    /// The visible share, and the square of its error if there are rays to tell.
+    /// The visible fraction, and the square of its error if there are rays to tell.
     fn visible(&self) -> (f64, Option<f64>) {
-        let [a, b] = self.all.map(f64::from);
-        let [p, q] = self.clear.map(f64::from);
-        let share = if a + b > 0.0 { (p + q) / (a + b) } else { 1.0 };
-        let halves = (a > 0.0 && b > 0.0).then(|| TOGETHER * (p / a - q / b).powi(2));
-        (share, halves)
+        let (all, clear) = (self.all.map(f64::from), self.clear.map(f64::from));
+        let sum = all[0] + all[1];
+        let fraction = if sum > 0.0 { (clear[0] + clear[1]) / sum } else { 1.0 };
+        (fraction, square_error(all, clear))
     }
 
     fn sees(&self) -> bool {
@@ -80,16 +71,17 @@ impl Asked {
     }
 }
 
-/// Whether two pairs of a row are of one group.
-fn together(a: &Asked, b: &Asked) -> bool {
-    group_of(a.column as usize).contains(&(b.column as usize))
+/// Whether two pairs of a row are of one group: they are in doubt together, and packets hold rays
+/// of one group alone, so that its results do not depend on what else is asked.
+fn together(a: &SampledPair, b: &SampledPair) -> bool {
+    a.column.group().contains(b.column)
 }
 
 /// Rays of the pairs of a row; reused.
 #[derive(Debug, Default)]
-pub(super) struct Probes {
-    pub asked: Vec<Asked>,
-    /// For each ray the pair (a place in `asked`) and its number among those of the pair.
+pub(super) struct ShadowRays {
+    pub pairs: Vec<SampledPair>,
+    /// For each ray the pair (an index in `pairs`) and its number among those of the pair.
     rays: Vec<(u32, u32)>,
     /// Those of each packet.
     runs: Vec<Range<usize>>,
@@ -100,61 +92,66 @@ pub(super) struct Probes {
     pub count: u64,
 }
 
-/// The rays of a packet before they are cast.
-struct Aims {
+/// Where the rays of a packet begin and end.
+struct Ends {
     /// The piece that they begin on.
-    from: usize,
+    from: PieceId,
     /// The second patch of each.
     column: [u32; LANES],
     /// The piece of it that it goes to.
-    to: [u32; LANES],
+    to: [PieceId; LANES],
     /// What is added to the pair's point.
     sample: [Lanes; 4],
 }
 
 /// The patch that rays begin on, and where its sequence begins.
 struct Start {
-    row: usize,
+    row: Place,
     shift: [u32; 4],
 }
 
-impl Probes {
-    /// Traces what is asked for between the patch at `row` and others.
-    pub fn trace(&mut self, model: &Model<'_>, row: usize, seed: u32) {
-        let shift = Random::new(u64::from(seed) << 32 ^ row as u64)
+impl ShadowRays {
+    /// Traces rays between the patch at `row` and the second ones of `pairs`.
+    pub fn trace(&mut self, model: &Model<'_>, row: Place, seed: u32) {
+        let shift = Random::new(u64::from(seed) << 32 ^ u64::from(row.0))
             .numbers()
             .map(|x: f64| (x * 4_294_967_296.0) as u32);
         let start = Start { row, shift };
         for doubtful in [false, true] {
-            self.rays.clear();
-            self.runs.clear();
-            let mut k = 0;
-            for near in self.asked.chunk_by(together) {
-                let from = self.rays.len();
-                let any = |sees: fn(&Asked) -> bool| near.iter().any(sees);
-                if !doubtful || any(Asked::sees) && any(Asked::is_blocked) {
-                    for (l, a) in (k..).zip(near) {
-                        let pilot = a.rays.div_ceil(PILOT);
-                        let numbers = if doubtful { pilot..a.rays } else { 0..pilot };
-                        self.rays.extend(numbers.map(|n| (l, n)));
-                    }
-                }
-                k += near.len() as u32;
-                let to = self.rays.len();
-                self.runs.extend((from..to).step_by(LANES).map(|f| f..to.min(f + LANES)));
-            }
+            self.choose(doubtful);
             self.cast(model, &start);
         }
     }
 
-    /// Hands over each pair with its visible share and the square of the error of that. Pairs of one
-    /// ray err as much as those of their group differ.
-    pub fn shares(&self) -> impl Iterator<Item = (&Asked, f64, f64)> {
-        self.asked.chunk_by(together).flat_map(|near| {
+    /// Chooses the first rays of all pairs, or the others of those in doubt.
+    fn choose(&mut self, doubtful: bool) {
+        self.rays.clear();
+        self.runs.clear();
+        let mut k = 0;
+        for near in self.pairs.chunk_by(together) {
+            let from = self.rays.len();
+            let any = |sees: fn(&SampledPair) -> bool| near.iter().any(sees);
+            if !doubtful || any(SampledPair::sees) && any(SampledPair::is_blocked) {
+                for (l, pair) in (k..).zip(near) {
+                    let pilot = pair.rays.div_ceil(PILOT);
+                    let numbers = if doubtful { pilot..pair.rays } else { 0..pilot };
+                    self.rays.extend(numbers.map(|n| (l, n)));
+                }
+            }
+            k += near.len() as u32;
+            let to = self.rays.len();
+            self.runs.extend((from..to).step_by(LANES).map(|f| f..to.min(f + LANES)));
+        }
+    }
+
+    /// Hands over each pair with its visible fraction and the square of the error of that. Pairs of
+    /// one ray err as much as those of their group differ.
+    pub fn visible(&self) -> impl Iterator<Item = (&SampledPair, Visible)> {
+        self.pairs.chunk_by(together).flat_map(|near| {
             let mean = near.iter().map(|a| a.visible().0).sum::<f64>() / near.len() as f64;
             near.iter().map(move |a| {
-                let (share, error) = a.visible();
-                (a, share, error.unwrap_or(mean * (1.0 - mean)))
+                let (fraction, error) = a.visible();
+                (a, Visible { fraction, square_error: error.unwrap_or(mean * (1.0 - mean)) })
             })
         })
     }
@@ -169,50 +166,56 @@ impl Probes {
             for ((run, packet), weights) in
                 runs.iter().zip(&mut self.packets).zip(&mut self.weights)
             {
-                let rays = &self.rays[run.clone()];
-                // Patches of several pieces: one for each ray, and for all of a packet where they begin.
-                let piece = |patch: usize, (k, n): (u32, u32)| {
-                    let place = u64::from(self.asked[k as usize].column) << 32 | u64::from(n);
-                    let random = || Random::new(place ^ (start.row as u64) << 16);
-                    let u = if model.is_simple(patch) { 0.0 } else { random().numbers::<1>()[0] };
-                    model.piece_at(patch, u)
-                };
-                let mut aims = Aims {
-                    from: piece(start.row, rays[0]),
-                    column: [NOTHING; LANES],
-                    to: [0; LANES],
-                    sample: [[0.0; LANES]; 4],
-                };
-                for (l, &(k, n)) in rays.iter().enumerate() {
-                    aims.column[l] = self.asked[k as usize].column;
-                    aims.to[l] = piece(aims.column[l] as usize, (k, n)) as u32;
-                    let sample = &model.samples[n as usize % model.samples.len()];
-                    for d in 0..4 {
-                        aims.sample[d][l] = sample[d];
-                    }
-                }
-                packet.own = [model.piece(aims.from).own.unwrap_or(NOTHING); LANES];
-                aim(&model.shapes, start, &aims, packet, weights);
+                let ends = ends(&self.pairs, &self.rays[run.clone()], model, start);
+                packet.own = [model.piece(ends.from).own.unwrap_or(NOTHING); LANES];
+                aim(&model.shapes, start, &ends, packet, weights);
             }
             model.bvh.blocked(&self.packets, &mut self.blocked);
             for ((run, weights), &blocked) in runs.iter().zip(&self.weights).zip(&self.blocked) {
                 for (l, &(k, n)) in self.rays[run.clone()].iter().enumerate() {
-                    let (asked, half) = (&mut self.asked[k as usize], n as usize & 1);
-                    asked.all[half] += weights[l];
-                    asked.clear[half] += if blocked >> l & 1 == 0 { weights[l] } else { 0.0 };
+                    let (pair, half) = (&mut self.pairs[k as usize], n as usize & 1);
+                    pair.all[half] += weights[l];
+                    pair.clear[half] += if blocked >> l & 1 == 0 { weights[l] } else { 0.0 };
                 }
             }
         }
     }
 }
 
+/// Where the rays of a packet begin and end.
+fn ends(pairs: &[SampledPair], rays: &[(u32, u32)], model: &Model<'_>, start: &Start) -> Ends {
+    // Patches of several pieces: one for each ray, and for all of a packet where they begin.
+    let piece = |patch: Place, (k, n): (u32, u32)| {
+        let place = u64::from(pairs[k as usize].column.0) << 32 | u64::from(n);
+        let random = || Random::new(place ^ u64::from(start.row.0) << 16);
+        let u = if model.is_simple(patch) { 0.0 } else { random().numbers::<1>()[0] };
+        model.piece_at(patch, u)
+    };
+    let mut ends = Ends {
+        from: piece(start.row, rays[0]),
+        column: [NOTHING; LANES],
+        to: [PieceId(0); LANES],
+        sample: [[0.0; LANES]; 4],
+    };
+    for (l, &(k, n)) in rays.iter().enumerate() {
+        let column = pairs[k as usize].column;
+        ends.column[l] = column.0;
+        ends.to[l] = piece(column, (k, n));
+        let sample = &model.samples[n as usize % model.samples.len()];
+        for d in 0..4 {
+            ends.sample[d][l] = sample[d];
+        }
+    }
+    ends
+}
+
 multiversion! {
-    /// Makes rays from `start` to points of other patches, and the kernel along each, up to a factor
-    /// of the pair.
+    /// Makes rays from `start` to points of other patches, and the kernel along each, up to a
+    /// factor of the pair.
     fn aim(
         shapes: &Triangles,
         start: &Start,
-        aims: &Aims,
+        ends: &Ends,
         packet: &mut Packet,
         weights: &mut Lanes,
     ) = aim_kernel
@@ -222,13 +225,13 @@ multiversion! {
 fn aim_kernel(
     shapes: &Triangles,
     start: &Start,
-    aims: &Aims,
+    ends: &Ends,
     packet: &mut Packet,
     weights: &mut Lanes,
 ) {
     let mut to = [[[0.0; LANES]; 3]; 5];
     for l in 0..LANES {
-        let at = aims.to[l] as usize;
+        let at = ends.to[l].0 as usize;
         for axis in 0..3 {
             to[0][axis][l] = number(&shapes.corners[axis], at);
             to[1][axis][l] = number(&shapes.corners[3 + axis], at);
@@ -240,15 +243,16 @@ fn aim_kernel(
     let [a, b, c, n, m] = &to;
     let ([ax, ay, az], [bx, by, bz], [cx, cy, cz]) = (a, b, c);
     let ([nx, ny, nz], [mx, my, mz]) = (n, m);
-    let [fx, fy, fz] = [0, 1, 2].map(|k| number(&shapes.corners[k], aims.from));
-    let [gx, gy, gz] = [3, 4, 5].map(|k| number(&shapes.corners[k], aims.from));
-    let [hx, hy, hz] = [6, 7, 8].map(|k| number(&shapes.corners[k], aims.from));
-    let [ux, uy, uz] = [0, 1, 2].map(|k| number(&shapes.normal[k], aims.from));
-    let [ox, oy, oz] = [0, 1, 2].map(|k| number(&shapes.centre[k], aims.from));
-    let [s0, s1, s2, s3] = &aims.sample;
+    let from = ends.from.0 as usize;
+    let [fx, fy, fz] = [0, 1, 2].map(|k| number(&shapes.corners[k], from));
+    let [gx, gy, gz] = [3, 4, 5].map(|k| number(&shapes.corners[k], from));
+    let [hx, hy, hz] = [6, 7, 8].map(|k| number(&shapes.corners[k], from));
+    let [ux, uy, uz] = [0, 1, 2].map(|k| number(&shapes.normal[k], from));
+    let [ox, oy, oz] = [0, 1, 2].map(|k| number(&shapes.centre[k], from));
+    let [s0, s1, s2, s3] = &ends.sample;
     let Packet { origin: [px, py, pz], direction: [dx, dy, dz], far, .. } = packet;
     for l in 0..LANES {
-        let column = aims.column[l];
+        let column = ends.column[l];
         let u0 = turned(s0[l], start.shift[0], STEPS[0], column);
         let u1 = turned(s1[l], start.shift[1], STEPS[1], column);
         let u2 = turned(s2[l], start.shift[2], STEPS[2], column);
@@ -260,7 +264,7 @@ fn aim_kernel(
         let e0 = nx[l] * (fx - mx[l]) + ny[l] * (fy - my[l]) + nz[l] * (fz - mz[l]);
         let e1 = nx[l] * (gx - mx[l]) + ny[l] * (gy - my[l]) + nz[l] * (gz - mz[l]);
         let e2 = nx[l] * (hx - mx[l]) + ny[l] * (hy - my[l]) + nz[l] * (hz - mz[l]);
-        let (r, s, t) = before(e0, e1, e2, r, s, t);
+        let (r, s, t) = lifted(e0, e1, e2, r, s, t);
         let height = r * e0 + s * e1 + t * e2;
         let (x, y, z) =
             (r * fx + s * gx + t * hx, r * fy + s * gy + t * hy, r * fz + s * gz + t * hz);
@@ -269,15 +273,15 @@ fn aim_kernel(
         let e0 = ux * (ax[l] - ox) + uy * (ay[l] - oy) + uz * (az[l] - oz);
         let e1 = ux * (bx[l] - ox) + uy * (by[l] - oy) + uz * (bz[l] - oz);
         let e2 = ux * (cx[l] - ox) + uy * (cy[l] - oy) + uz * (cz[l] - oz);
-        let (r, s, t) = before(e0, e1, e2, r, s, t);
+        let (r, s, t) = lifted(e0, e1, e2, r, s, t);
         let other = r * e0 + s * e1 + t * e2;
         let wx = r * ax[l] + s * bx[l] + t * cx[l] - x;
         let wy = r * ay[l] + s * by[l] + t * cy[l] - y;
         let wz = r * az[l] + s * bz[l] + t * cz[l] - z;
         let r2 = wx * wx + wy * wy + wz * wz;
-        let asked = (column != NOTHING) & (r2 > 0.0) & (height > 0.0) & (other > 0.0);
-        weights[l] = if asked { height * other / (r2 * r2) } else { 0.0 };
-        far[l] = if asked { 1.0 } else { 0.0 };
+        let traced = (column != NOTHING) & (r2 > 0.0) & (height > 0.0) & (other > 0.0);
+        weights[l] = if traced { height * other / (r2 * r2) } else { 0.0 };
+        far[l] = if traced { 1.0 } else { 0.0 };
         (px[l], py[l], pz[l]) = (x, y, z);
         (dx[l], dy[l], dz[l]) = (wx, wy, wz);
     }
@@ -296,10 +300,10 @@ fn turned(sample: f32, shift: u32, step: u32, column: u32) -> f32 {
     if u < 1.0 { u } else { u - 1.0 }
 }
 
-/// Barycentric coordinates of a point, moved towards the highest corner if it is below the plane that
-/// the corners have these heights over.
+/// Barycentric coordinates of a point, moved towards the highest corner if it is below the plane
+/// that the corners have these heights over.
 #[inline(always)]
-fn before(h0: f32, h1: f32, h2: f32, r: f32, s: f32, t: f32) -> (f32, f32, f32) {
+fn lifted(h0: f32, h1: f32, h2: f32, r: f32, s: f32, t: f32) -> (f32, f32, f32) {
     let height = r * h0 + s * h1 + t * h2;
     let high = if h0 > h1 { h0 } else { h1 };
     let high = if high > h2 { high } else { h2 };

@@ -1,11 +1,12 @@
-//! Which share of a triangle a convex polygon hides, seen from 16 points at once, in closed form.
+//! Which fraction of a triangle a convex polygon hides, seen from 16 points at once, in closed
+//! form.
 //!
 //! From a point x, a corner q of the polygon appears on the triangle p₀p₁p₂ at the homogeneous
-//! barycentric coordinates β of its direction: q - x = Σ β_k (p_k - x). What is hidden is the part of
-//! the drawn polygon where all β are positive. Its measure is a sum over the polygon's edges: each
-//! adds what of the triangle lies between it and p₀, with the sign of its sense about p₀. So nothing
-//! depends on whether an edge is taken to lie just inside or just outside of the triangle, as edges
-//! often coincide.
+//! barycentric coordinates β of its direction: q - x = Σ β_k (p_k - x). What is hidden is the part
+//! of the projected polygon where all β are positive. Its measure is a sum over the polygon's
+//! edges: each adds what of the triangle lies between it and p₀, with the sign of its sense about
+//! p₀. Where an edge coincides with one of the triangle, as is common, the sum does not depend on
+//! the side that rounding puts it on.
 //!
 //! The kernel K is taken to be linear over a triangle that is small against its distance. Over
 //! others, it is integrated around what is hidden, by Lambert's formula (1760).
@@ -14,10 +15,12 @@
 
 use glam::Vec3;
 
-use crate::visibility::{LANES, Lanes, multiversion};
+use super::convex;
+use crate::simd::{LANES, multiversion};
+use crate::visibility::Lanes;
 
-/// A drawn polygon has at most so many corners.
-pub(super) const MOST: usize = super::blockers::MOST_CORNERS + 2;
+/// A blocker that two planes have clipped has at most so many corners.
+pub(super) const MOST_CORNERS: usize = convex::MOST_CORNERS + 2;
 
 /// Where points look: a triangle, its unit normal, and the kernel towards its corners.
 #[derive(Debug, Clone)]
@@ -39,19 +42,19 @@ pub(super) struct Target {
     dual: [[Lanes; 3]; 3],
 }
 
-/// The corners of a polygon, drawn on a target; reused.
+/// The corners of a polygon, projected on a target; reused.
 #[derive(Debug)]
 #[repr(align(64))]
-pub(super) struct Drawn([[Lanes; 3]; MOST]);
+pub(super) struct Projected([[Lanes; 3]; MOST_CORNERS]);
 
-impl Drawn {
-    pub const EMPTY: Self = Self([[[0.0; LANES]; 3]; MOST]);
+impl Projected {
+    pub const EMPTY: Self = Self([[[0.0; LANES]; 3]; MOST_CORNERS]);
 }
 
-/// What of a target is hidden, 0..1 a lane.
+/// Fraction of a target that is hidden, 0..1 a lane.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(64))]
-pub(super) struct Hidden(pub Lanes);
+pub(super) struct Occluded(pub Lanes);
 
 impl Target {
     pub const EMPTY: Self = Self {
@@ -66,8 +69,8 @@ impl Target {
 }
 
 multiversion! {
-    /// Prepares a target whose `corners`, `from` and `closely` are set, seen from a plane with normal
-    /// `near`; `far` is its own normal.
+    /// Prepares a target whose `corners`, `from` and `closely` are set, seen from a plane with
+    /// normal `near`; `far` is its own normal.
     pub(super) fn aim(target: &mut Target, near: Vec3, far: Vec3) = aim_kernel
 }
 
@@ -106,9 +109,9 @@ fn aim_kernel(target: &mut Target, near: Vec3, far: Vec3) {
         let kb = if hb * height > 0.0 { hb * height / (rb * rb) } else { 0.0 };
         let kc = if hc * height > 0.0 { hc * height / (rc * rc) } else { 0.0 };
         let sum = ka + kb + kc;
-        let share = if sum > 0.0 { 1.0 / sum } else { 0.0 };
+        let scale = if sum > 0.0 { 1.0 / sum } else { 0.0 };
         weight[l] = sum * third;
-        (k0[l], k1[l], k2[l]) = (ka * share, kb * share, kc * share);
+        (k0[l], k1[l], k2[l]) = (ka * scale, kb * scale, kc * scale);
     }
     if closely {
         for l in 0..LANES {
@@ -120,8 +123,8 @@ fn aim_kernel(target: &mut Target, near: Vec3, far: Vec3) {
     }
 }
 
-/// What an edge adds to Lambert's sum: its angle as seen from the origin, times the height of the unit
-/// normal of the triangle that it makes with it.
+/// What an edge adds to Lambert's sum: its angle as seen from the origin, times the height of the
+/// unit normal of the triangle that it makes with it.
 #[inline(always)]
 fn edge(u: Vec3, v: Vec3, normal: Vec3) -> f32 {
     let cross = u.cross(v);
@@ -148,33 +151,33 @@ fn angle(sine: f32, cosine: f32) -> f32 {
 }
 
 multiversion! {
-    /// Adds the share of a target that a polygon hides. Its corners, about the target's origin, run
-    /// counter-clockwise about `normal`. With `sense` 1 it hides from points in front of it alone, with
-    /// -1 from those behind it, with 0 from all.
-    pub(super) fn cover(
+    /// Adds the fraction of a target that a polygon hides. Its corners, about the target's origin,
+    /// run counter-clockwise about `normal`. With `sense` 1 it hides from points in front of it
+    /// alone, with -1 from those behind it, with 0 from all.
+    pub(super) fn occlude(
         target: &Target,
         polygon: &[Vec3],
         normal: Vec3,
         sense: f32,
-        drawn: &mut Drawn,
-        hidden: &mut Hidden,
-    ) = cover_kernel
+        projected: &mut Projected,
+        occluded: &mut Occluded,
+    ) = occlude_kernel
 }
 
 #[inline(always)]
-fn cover_kernel(
+fn occlude_kernel(
     target: &Target,
     polygon: &[Vec3],
     normal: Vec3,
     sense: f32,
-    Drawn(drawn): &mut Drawn,
-    hidden: &mut Hidden,
+    Projected(projected): &mut Projected,
+    occluded: &mut Occluded,
 ) {
-    let count = polygon.len().min(MOST);
+    let count = polygon.len().min(MOST_CORNERS);
     let Some(&origin) = polygon.first() else { return };
     let [fx, fy, fz] = &target.from;
     let [[ux, uy, uz], [vx, vy, vz], [wx, wy, wz]] = &target.dual;
-    for (q, [d0, d1, d2]) in polygon.iter().zip(&mut *drawn) {
+    for (q, [d0, d1, d2]) in polygon.iter().zip(&mut *projected) {
         for l in 0..LANES {
             let (x, y, z) = (q.x - fx[l], q.y - fy[l], q.z - fz[l]);
             d0[l] = ux[l] * x + uy[l] * y + uz[l] * z;
@@ -182,7 +185,7 @@ fn cover_kernel(
             d2[l] = wx[l] * x + wy[l] * y + wz[l] * z;
         }
     }
-    // 1 where the polygon is drawn counter-clockwise, -1 where clockwise.
+    // 1 where the polygon is projected counter-clockwise, -1 where clockwise.
     let mut turn = [0.0_f32; LANES];
     for l in 0..LANES {
         let height = normal.x * (fx[l] - origin.x)
@@ -192,7 +195,7 @@ fn cover_kernel(
     }
     let mut sum = [0.0_f32; LANES];
     for k in 0..count {
-        let corners = [&drawn[k], &drawn[if k + 1 < count { k + 1 } else { 0 }]];
+        let corners = [&projected[k], &projected[if k + 1 < count { k + 1 } else { 0 }]];
         match target.closely {
             true => add_closely(target, corners, &mut sum),
             false => add(target, corners, &mut sum),
@@ -203,12 +206,12 @@ fn cover_kernel(
         let counts = sense * turn[l] >= 0.0;
         // What is not a number counts as nothing.
         let all = if counts & (all > 0.0) { all } else { 0.0 };
-        hidden.0[l] += if all < 1.0 { all } else { 1.0 };
+        occluded.0[l] += if all < 1.0 { all } else { 1.0 };
     }
 }
 
-/// Adds what of the target lies between p₀ and an edge of a polygon, given in homogeneous barycentric
-/// coordinates, twice over and with the kernel thrice.
+/// Adds what of the target lies between p₀ and an edge of a polygon, given in homogeneous
+/// barycentric coordinates, twice over and with the kernel thrice.
 #[inline(always)]
 fn add(target: &Target, [a, b]: [&[Lanes; 3]; 2], sum: &mut Lanes) {
     let ([a0, a1, a2], [b0, b1, b2], [k0, k1, k2]) = (a, b, &target.kernel);
@@ -336,7 +339,7 @@ mod tests {
     }
 
     #[test]
-    fn covers_what_rays_find_covered() {
+    fn occludes_what_rays_find_occluded() {
         let corners = [vec3(0.0, 0.0, 0.0), vec3(1.0, 0.1, 0.0), vec3(0.2, 0.9, 0.0)];
         let from = vec3(0.3, 0.4, 3.0);
         for (closely, from) in [(false, from), (true, from), (true, vec3(0.3, 0.4, 0.6))] {
@@ -375,24 +378,24 @@ mod tests {
                     vec3(0.2, 0.2, 1.0),
                 ],
             ];
-            let mut drawn = Drawn::EMPTY;
+            let mut projected = Projected::EMPTY;
             for (n, mut shape) in shapes.into_iter().enumerate() {
                 for _ in 0..2 {
                     let normal = (shape[1] - shape[0]).cross(shape[2] - shape[0]).normalize();
-                    let mut hidden = Hidden([0.0; LANES]);
-                    cover(&t, &shape, normal, 0.0, &mut drawn, &mut hidden);
-                    let mut one = Hidden([0.0; LANES]);
-                    cover(&t, &shape, normal, 1.0, &mut drawn, &mut one);
-                    let mut other = Hidden([0.0; LANES]);
-                    cover(&t, &shape, normal, -1.0, &mut drawn, &mut other);
+                    let mut occluded = Occluded([0.0; LANES]);
+                    occlude(&t, &shape, normal, 0.0, &mut projected, &mut occluded);
+                    let mut one = Occluded([0.0; LANES]);
+                    occlude(&t, &shape, normal, 1.0, &mut projected, &mut one);
+                    let mut other = Occluded([0.0; LANES]);
+                    occlude(&t, &shape, normal, -1.0, &mut projected, &mut other);
                     for l in [0, 7, 15] {
                         let expected = counted(&t, l, &shape, normal);
                         assert!(
-                            (hidden.0[l] - expected).abs() < 0.01,
+                            (occluded.0[l] - expected).abs() < 0.01,
                             "{n}: {} {expected}",
-                            hidden.0[l]
+                            occluded.0[l]
                         );
-                        assert_eq!(one.0[l] + other.0[l], hidden.0[l]);
+                        assert_eq!(one.0[l] + other.0[l], occluded.0[l]);
                     }
                     shape.reverse();
                 }

@@ -1,11 +1,11 @@
 //! Compiles a kernel several times and picks the widest one that this processor runs.
 //!
-//! This is the only `unsafe` code of visibility. The argument: a `#[target_feature]` function may be
+//! This is the only `unsafe` code. The argument: a `#[target_feature]` function may be
 //! called where the processor has the features, and each call stands behind the run-time check
 //! for exactly the features that the function was compiled for. The kernels themselves are safe
 //! code; no arithmetic is contracted, so all versions give the same bits.
 
-/// Kernels work on blocks of this many pixels.
+/// Kernels work on blocks of this many numbers of single precision.
 pub(crate) const LANES: usize = 16;
 
 /// The versions of each kernel.
@@ -61,7 +61,7 @@ macro_rules! multiversion {
         $vis fn $name($($arg: $ty),*) {
             #[cfg(target_arch = "x86_64")]
             {
-                use $crate::visibility::Version;
+                use $crate::simd::Version;
                 #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx2,bmi1,bmi2,lzcnt,popcnt")]
                 fn avx512($($arg: $ty),*) {
                     $kernel($($arg),*)

@@ -1,0 +1,75 @@
+//! How much work a pair deserves: the more, the larger its factor is among all, and the smaller the
+//! error asked for.
+//!
+//! Factors are here in units of the root-mean-square factor of the scene.
+
+use super::samples::MOST_RAYS;
+
+/// More blockers are a crowd.
+pub(super) const CROWD: usize = 64;
+
+/// Crowds are not sorted out any further between so many pairs of patches.
+const FEW_PAIRS: usize = 64;
+
+/// Sorting out one blocker takes as long as so many shadow rays. It is worth that for up to as many
+/// rays as pairs of the latter factor get.
+const SORTING: f64 = 64.0;
+const WORTH_SORTING: f64 = 0.1;
+
+/// A pair is left to rays if their number is not more than its blockers and this: clipping is
+/// exact.
+const CLIPPING: u32 = 4;
+
+/// Shadow rays of a pair of the root-mean-square factor at the error 1e-3. Rays are stratified:
+/// their error falls faster than the root of their number.
+const RAYS: f64 = 640.0;
+const RAYS_BY_ERROR: f64 = 1.5;
+
+/// Patches that straddle each other's plane are clipped if their factor is larger than this times
+/// the error asked for: the far rule errs by some percent of it.
+const STRADDLING: f64 = 100.0;
+
+/// How pairs are weighed.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Effort {
+    /// Root-mean-square error that is worked towards, over the root-mean-square factor.
+    pub error: f64,
+    /// How many times more rays than usual pairs get.
+    pub scale: f64,
+}
+
+impl Effort {
+    /// Shadow rays that a pair usually deserves, at least one.
+    pub fn usual_rays(self, factor: f64) -> u32 {
+        let rays = RAYS * factor * (1e-3 / self.error).powf(RAYS_BY_ERROR);
+        rays.clamp(1.0, MOST_RAYS as f64) as u32
+    }
+
+    /// Shadow rays of a pair that usually deserves so many.
+    pub fn rays(self, usual: u32) -> u32 {
+        (self.scale * f64::from(usual)).clamp(1.0, MOST_RAYS as f64) as u32
+    }
+
+    /// How much finer than usual a pair is to be sampled that is looked at on its own.
+    pub fn sampling(self, factor: f64) -> f64 {
+        0.5 * factor * (1e-3 / self.error)
+    }
+
+    /// Whether the far rule is good enough for patches that straddle each other's plane.
+    pub fn may_straddle(self, factor: f64) -> bool {
+        factor <= STRADDLING * self.error
+    }
+
+    /// Whether rays tell sooner than sorting out so many blockers between some pairs that have a
+    /// factor of about `factor`.
+    pub fn is_crowd(self, blockers: usize, pairs: usize, factor: f64) -> bool {
+        let rays = self.usual_rays(factor.min(WORTH_SORTING));
+        let never_clipped = blockers > CROWD && pairs <= FEW_PAIRS;
+        never_clipped || blockers as f64 * SORTING > f64::from(rays) * pairs as f64
+    }
+}
+
+/// Whether so many rays tell sooner than clipping so many blockers; `None` for a crowd of them.
+pub(super) fn left_to_rays(blockers: Option<usize>, rays: u32) -> bool {
+    blockers.is_none_or(|count| count > 0 && rays <= CLIPPING + count as u32)
+}

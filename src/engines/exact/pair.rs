@@ -1,0 +1,31 @@
+//! Two pieces in front of each other, and how much of each other they see.
+
+use super::blockers::BlockerId;
+use super::pieces::Piece;
+use super::polygon::Polygon;
+
+/// A pair of pieces in front of each other, and what is known of it.
+pub(super) struct Pair<'a> {
+    pub pieces: [&'a Piece; 2],
+    pub polygons: [Polygon; 2],
+    /// Blockers that may lie between; `None` for too many.
+    pub blockers: Option<&'a [BlockerId]>,
+    /// How much finer than usual the pair is to be sampled.
+    pub effort: f64,
+    /// S of the pieces with nothing in the way, m².
+    pub exchange: f64,
+    pub seed: u64,
+}
+
+/// What is visible of a pair.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Visible {
+    /// Fraction of the exchange, 0..1.
+    pub fraction: f64,
+    /// Square of its error, as far as the points and rays that it comes from tell.
+    pub square_error: f64,
+}
+
+impl Visible {
+    pub const ALL: Self = Self { fraction: 1.0, square_error: 0.0 };
+}

@@ -1,0 +1,99 @@
+//! The visible fraction of one pair by shadow rays between stratified points of both polygons, each
+//! weighted by its kernel; the more of them, the more the pair matters.
+
+use super::model::Model;
+use super::pair::{Pair, Visible};
+use super::points::{Area, point_by_angle};
+use super::polygon::longest_edge;
+use super::samples::{MOST_RAYS, square_error};
+use crate::engines::sampling::Random;
+use crate::simd::LANES;
+use crate::visibility::Packet;
+
+/// Shadow rays of a pair of the root-mean-square factor of which nothing is known, and of any pair.
+const RAYS: f64 = 192.0;
+const LEAST_RAYS: usize = 16;
+
+/// Rays of a pair; reused.
+#[derive(Default)]
+pub(super) struct RayBuffers {
+    packets: Vec<Packet>,
+    weights: Vec<f64>,
+    blocked: Vec<u16>,
+    /// Rays traced so far.
+    pub count: u64,
+}
+
+/// Traces shadow rays: the more, the larger the fraction of the pair is that is in doubt.
+pub(super) fn visible_by_rays(
+    pair: &Pair<'_>,
+    doubt: f64,
+    model: &Model<'_>,
+    buffers: &mut RayBuffers,
+) -> Visible {
+    let rays = (RAYS * pair.effort * doubt) as usize;
+    let rays = rays.clamp(LEAST_RAYS, MOST_RAYS) / LANES * LANES;
+    let [(a, p), (b, q)] = trace(pair, model, rays, buffers);
+    if a + b <= 0.0 {
+        return Visible::ALL;
+    }
+    let square_error = square_error([a, b], [p, q]).unwrap_or(1.0);
+    Visible { fraction: (p + q) / (a + b), square_error }
+}
+
+/// The kernel between `count` pairs of points, of all and of those that see each other: that of
+/// the even ones, and of the odd ones.
+fn trace(
+    pair: &Pair<'_>,
+    model: &Model<'_>,
+    count: usize,
+    buffers: &mut RayBuffers,
+) -> [(f64, f64); 2] {
+    let RayBuffers { packets, weights, blocked, .. } = buffers;
+    packets.clear();
+    packets.resize(count / LANES, Packet::EMPTY);
+    weights.clear();
+    weights.resize(count, 0.0);
+    let shift: [f64; 4] = Random::new(pair.seed).numbers();
+    // Rays begin on the smaller one, from where the other appears much alike.
+    let from = usize::from(pair.polygons[0].area() > pair.polygons[1].area());
+    let (p, q, own) = (&pair.polygons[from], &pair.polygons[1 - from], pair.pieces[from].own);
+    let touches = p.centre().distance(q.centre()) < q.fan().map(longest_edge).fold(0.0, f64::max);
+    let (from, to) = (Area::new(p), Area::new(q));
+    for (k, s) in model.samples[..count].iter().enumerate() {
+        let u: [f64; 4] = std::array::from_fn(|d| {
+            let x = f64::from(s[d]) + shift[d];
+            if x < 1.0 { x } else { x - 1.0 }
+        });
+        let x = from.point(u[0], u[1]);
+        // Either what is left of the kernel over directions spread evenly over the solid angle, or
+        // all of it over points spread evenly over the area.
+        let by_angle = if touches { point_by_angle(q, x, u[2], u[3]) } else { None };
+        let (y, weight) = match by_angle {
+            Some((y, angle)) => (y, angle * p.normal.dot((y - x).normalize_or_zero())),
+            None => {
+                let y = to.point(u[2], u[3]);
+                let (r, r2) = (y - x, (y - x).length_squared());
+                let cosines = p.normal.dot(r).max(0.0) * (-q.normal.dot(r)).max(0.0);
+                (y, to.area * cosines / (r2 * r2))
+            }
+        };
+        if weight > 0.0 {
+            weights[k] = weight;
+            let start = model.bvh.local(x);
+            let way = model.bvh.local(y) - start;
+            packets[k / LANES].set(k % LANES, start, way, 1.0, own);
+        }
+    }
+    blocked.clear();
+    blocked.resize(count / LANES, 0);
+    model.bvh.blocked(packets, blocked);
+    buffers.count += count as u64;
+    let mut halves = [(0.0, 0.0); 2];
+    for (k, &weight) in buffers.weights.iter().enumerate() {
+        let (all, clear) = &mut halves[k & 1];
+        *all += weight;
+        *clear += if buffers.blocked[k / LANES] >> (k % LANES) & 1 == 0 { weight } else { 0.0 };
+    }
+    halves
+}

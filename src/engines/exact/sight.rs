@@ -1,0 +1,154 @@
+//! What lies between the patches of two tiles.
+//!
+//! From the pair of tiles down to pairs of leaves, blockers that hide nothing are dropped on the
+//! way; where none is left, or one hides everything, no pair is looked at on its own.
+
+use std::ops::Range;
+
+use super::blockers::BlockerId;
+use super::effort::{CROWD, Effort};
+use super::model::Model;
+use super::places::{NodeId, Place, Places, Wanted};
+use super::shaft::{Occlusion, Shaft, face_away, occlusion};
+use super::tree::TILE;
+
+/// What is known of the blockers between two patches.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Sight(u16);
+
+impl Sight {
+    /// They do not see each other.
+    pub const HIDDEN: Self = Self(0);
+    /// Nothing lies between them.
+    pub const CLEAR: Self = Self(1);
+    /// So much may lie between that rays are to tell.
+    const CROWDED: Self = Self(2);
+    /// From here on: the number of a list of blockers.
+    const LISTS: u16 = 3;
+}
+
+/// What is known between all patches of two tiles; reused.
+#[derive(Default)]
+pub(super) struct Sights {
+    /// [`TILE`] a row.
+    of_pairs: Vec<Sight>,
+    /// Blockers of each pair of leaves that is partly hidden.
+    lists: Vec<BlockerId>,
+    /// Where each list begins, and where the last ends.
+    starts: Vec<usize>,
+    /// Blockers on the way down.
+    pending: Vec<BlockerId>,
+    shaft: Shaft,
+}
+
+/// What to sort out.
+pub(super) struct Sorting<'a> {
+    pub model: &'a Model<'a>,
+    pub effort: Effort,
+    pub wanted: Wanted<'a>,
+    /// The patches of both tiles.
+    pub tiles: [Places; 2],
+}
+
+impl Sights {
+    /// Sorts out what lies between two tiles, given by their nodes.
+    pub fn find(&mut self, sorting: &Sorting<'_>, nodes: [NodeId; 2]) {
+        self.of_pairs.clear();
+        self.of_pairs.resize(TILE * TILE, Sight::HIDDEN);
+        self.lists.clear();
+        self.starts.clear();
+        self.starts.push(0);
+        self.pending.clear();
+        let model = sorting.model;
+        let [a, b] = nodes.map(|n| model.tree.node(n));
+        self.shaft.between(a, b);
+        let Self { shaft, pending, .. } = self;
+        model.blocker_tree.near(shaft, |q| pending.push(q));
+        self.descend(sorting, nodes, 0..self.pending.len());
+    }
+
+    /// What is known between the patch `row` places after the first of one tile, and those of the
+    /// other.
+    pub fn row(&self, row: usize) -> &[Sight] {
+        &self.of_pairs[row * TILE..][..TILE]
+    }
+
+    /// Possible blockers between two patches; `None` for a crowd of them.
+    pub fn blockers(&self, sight: Sight) -> Option<&[BlockerId]> {
+        match sight {
+            Sight::HIDDEN | Sight::CLEAR => Some(&[]),
+            Sight::CROWDED => None,
+            Sight(list) => {
+                let k = usize::from(list - Sight::LISTS);
+                Some(&self.lists[self.starts[k]..self.starts[k + 1]])
+            }
+        }
+    }
+
+    /// Sorts out the blockers `given` (a range of the pending ones) between two nodes.
+    fn descend(&mut self, sorting: &Sorting<'_>, nodes: [NodeId; 2], given: Range<usize>) {
+        let model = sorting.model;
+        let [a, b] = nodes.map(|n| model.tree.node(n));
+        if !sorting.wanted.has(a.places, b.places) {
+            return;
+        }
+        let same = nodes[0] == nodes[1];
+        if same && a.plane.is_some() || face_away(a, b, model.coplanar) {
+            return;
+        }
+        self.shaft.between(a, b);
+        let from = self.pending.len();
+        let leaves = a.is_leaf() && b.is_leaf();
+        let closely = leaves && given.len() <= CROWD / 2;
+        for k in given {
+            let q = self.pending[k];
+            let blocker = model.blockers.polygon(q);
+            match occlusion(blocker, &self.shaft, [a, b], closely, model.touching) {
+                Occlusion::None => {}
+                Occlusion::Partial => self.pending.push(q),
+                Occlusion::Complete => {
+                    self.pending.truncate(from);
+                    return;
+                }
+            }
+        }
+        let left = from..self.pending.len();
+        let crowded = || {
+            let factor = a.factor(b) / model.rms_factor;
+            sorting.effort.is_crowd(left.len(), a.places.len() * b.places.len(), factor)
+        };
+        let places = [a.places, b.places];
+        if left.is_empty() {
+            self.mark(sorting, places, Sight::CLEAR);
+        } else if crowded() {
+            self.mark(sorting, places, Sight::CROWDED);
+        } else if leaves {
+            let list = Sight::LISTS + (self.starts.len() - 1) as u16;
+            self.lists.extend_from_slice(&self.pending[left]);
+            self.starts.push(self.lists.len());
+            self.mark(sorting, places, Sight(list));
+        } else if let (true, Some([x, y])) = (same, a.children) {
+            for pair in [[x, x], [x, y], [y, y]] {
+                self.descend(sorting, pair, left.clone());
+            }
+        } else if let (true, Some(children)) = (a.split_before(b), a.children) {
+            for child in children {
+                self.descend(sorting, [child, nodes[1]], left.clone());
+            }
+        } else {
+            for child in b.children.into_iter().flatten() {
+                self.descend(sorting, [nodes[0], child], left.clone());
+            }
+        }
+        self.pending.truncate(from);
+    }
+
+    fn mark(&mut self, sorting: &Sorting<'_>, [rows, columns]: [Places; 2], sight: Sight) {
+        let offset = |tile: usize, at: Place| sorting.tiles[tile].offset(at);
+        let first = offset(1, columns.first());
+        for row in rows.iter() {
+            let row = &mut self.of_pairs[offset(0, row) * TILE..];
+            row[first..first + columns.len()].fill(sight);
+        }
+    }
+}
