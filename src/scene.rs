@@ -1,5 +1,6 @@
 //! What the user gives: geometry, optics, lamps, sky, cameras, and what is doubtful about them.
 
+mod arrays;
 mod builder;
 pub mod builtin;
 mod camera;
@@ -26,7 +27,8 @@ mod source;
 mod stl;
 pub mod texture;
 
-pub use builder::SceneBuilder;
+pub use arrays::ArraysError;
+pub use builder::{MAX_REFLECTANCE, SceneBuilder};
 pub use camera::Camera;
 pub use finding::{Finding, Severity};
 pub use geometry::{Geometry, Side, Sides, Surface, TriangleId, TriangleState};

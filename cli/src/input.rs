@@ -5,9 +5,8 @@ use std::path::Path;
 
 use glam::DVec3;
 use hemicube::render::viewpoint;
-use hemicube::scene::{
-    Camera, ImportOptions, Lamp, Scene, Severity, SidesChoice, builtin, ies, load,
-};
+use hemicube::scene::builtin::UnknownBuiltin;
+use hemicube::scene::{Camera, ImportOptions, Lamp, Scene, Severity, SidesChoice, ies, load};
 use hemicube::visibility::{Occluders, Surroundings, share};
 
 use crate::args::{Emission, Input, MOST_RADIANCE, Model, Render, SidesArg};
@@ -25,7 +24,7 @@ pub fn read_model(
         let (unit, up) = (model.unit.metres(), model.up);
         load(path, &ImportOptions { unit, up, max_reflectance, sides }).map_err(Failure::input)?
     } else {
-        builtin::build(&model.scene).ok_or_else(|| no_such_scene(&model.scene))?
+        Scene::builtin(&model.scene).map_err(no_such_scene)?
     };
     scene.choose_sides(sides);
     if model.flip {
@@ -62,11 +61,9 @@ pub fn read(args: &Input) -> Result<Scene, Failure> {
     Ok(scene)
 }
 
-fn no_such_scene(name: &str) -> Failure {
-    let names: Vec<&str> = builtin::list().iter().map(|b| b.name).collect();
+fn no_such_scene(UnknownBuiltin { name, known }: UnknownBuiltin) -> Failure {
     Failure::Input(format!(
-        "{name}: no such file, nor a built-in scene; the built-in scenes are {}",
-        names.join(", ")
+        "{name}: no such file, nor a built-in scene; the built-in scenes are {known}"
     ))
 }
 

@@ -6,7 +6,7 @@ use std::path::Path;
 use glam::DVec3;
 
 use super::builder::{MAX_REFLECTANCE, SceneBuilder};
-use super::geometry::Sides;
+use super::geometry::{MAX_COORDINATE, Sides};
 use super::lamp::Lamp;
 use super::model::Scene;
 use super::source::{ImportError, Place, Source};
@@ -43,9 +43,6 @@ impl Default for ImportOptions {
         Self { unit: 1.0, up: None, max_reflectance: MAX_REFLECTANCE, sides: SidesChoice::File }
     }
 }
-
-/// Largest coordinate in metres: beyond it areas overflow the `f32` kernels.
-const MAX_COORDINATE: f64 = 1e15;
 
 /// Reads a model: glTF 2.0 (`.gltf`, `.glb`), Wavefront OBJ (`.obj`), STL (`.stl`) or PLY (`.ply`).
 ///
@@ -134,6 +131,14 @@ fn scale(scene: &mut Scene, unit: f64) {
 }
 
 impl Scene {
+    /// Reads a model as its file says, in metres; [`load`] takes options.
+    ///
+    /// # Errors
+    /// As [`load`].
+    pub fn load(path: impl AsRef<Path>) -> Result<Self, ImportError> {
+        load(path.as_ref(), &ImportOptions::default())
+    }
+
     /// Lets other sides reflect than the model says.
     pub fn choose_sides(&mut self, choice: SidesChoice) {
         let sides = match choice {

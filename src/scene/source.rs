@@ -4,6 +4,8 @@ use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use super::geometry::MAX_ELEMENTS;
+
 /// Why a model could not be read: the file, the place in it, and what to do.
 #[derive(Debug, thiserror::Error)]
 pub enum ImportError {
@@ -101,10 +103,6 @@ impl fmt::Display for Place {
 
 /// What to do about a file whose parts do not fit together.
 pub(super) const EXPORT_AGAIN: &str = "export the model again";
-
-/// Most triangles and vertices of a scene. A small file can ask for more than any memory holds by
-/// instancing a mesh over and over.
-pub(super) const MAX_ELEMENTS: usize = 1 << 25;
 
 /// A file being read.
 pub(super) struct Source<'a> {
