@@ -27,6 +27,9 @@ pub enum RenderError {
     /// No pixel, or more than memory should hold.
     #[error("a picture of {0} x {1} pixels cannot be made; 1 x 1 to 16384 x 16384 can")]
     Size(usize, usize),
+    /// No triangle blocks light.
+    #[error("there is nothing to see: no triangle blocks light")]
+    Nothing,
     /// The camera looks nowhere.
     #[error("{0}")]
     Camera(&'static str),

@@ -27,6 +27,9 @@ pub struct LightOptions {
     /// The residual to reach, relative. Default: 1e-4 with sampled rows, whose noise is larger,
     /// 1e-6 with others.
     pub tolerance: Option<f64>,
+    /// The error aimed at, of irradiance on four fifths of the lit surface, as a share of 1:
+    /// [`Scene::light`] then chooses rays and patches. With sampled rays only. Default: none.
+    pub error: Option<f64>,
     /// Bytes that the work may take. Default [`DEFAULT_MEMORY`].
     pub memory: u64,
 }
@@ -41,6 +44,7 @@ impl Default for LightOptions {
             direct: DirectOptions::default(),
             method: Method::default(),
             tolerance: None,
+            error: None,
             memory: DEFAULT_MEMORY,
         }
     }
