@@ -10,109 +10,37 @@
 //!   nothing needs to be divided by a total.
 //! - [`Draw::Sources`] projects source triangles instead of patches and looks up the patch under
 //!   each pixel: a row then costs the same however fine the mesh is.
-//! - A pixel on a part of a patch that something standing on it parts from the patch's centre counts
-//!   for the neighbour that the part belongs to ([`Patches::at`]).
+//! - A pixel on a part of a patch that something standing on it parts from the patch's centre
+//!   counts for the neighbour that the part belongs to ([`Patches::at`]).
 //! - The patch's own source triangle is left out by its id, never by depth.
 //! - Backs that do not reflect lose against all that is nearly as near: a closed body shows none.
 
 mod count;
+mod model;
+mod options;
+mod project;
 
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use glam::Vec3;
 use rayon::prelude::*;
-use thiserror::Error;
 
-use super::delta::DeltaFormFactors;
 use super::engine::{Engine, EngineError};
-use super::lookup::Lookups;
 use crate::form_factors::Row;
-use crate::form_factors::tally::Tally;
-use crate::patches::{PatchId, Patches, Split};
-use crate::scene::{Geometry, Side, TriangleId};
+use crate::patches::{PatchId, Patches};
+use crate::scene::{Geometry, Side};
 use crate::simd::multiversion;
-use crate::visibility::{
-    Bodies, Edges, Face, Frame, ItemBuffer, NOTHING, Occluders, PatchArea, View, code, each_face,
-    faces_of,
-};
+use crate::visibility::Frame;
 use count::{count_patches, count_sources, write};
-
-/// What is projected on the faces.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Draw {
-    /// Source triangles; the patch under a pixel is looked up.
-    #[default]
-    Sources,
-    /// Every patch, as in the paper.
-    Patches,
-}
-
-/// How hemicubes are made.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct HemicubeOptions {
-    /// Pixels along the top, even, 16 to 1,024; the sides are half as high. Default 128.
-    pub resolution: usize,
-    /// What is projected. Default: source triangles.
-    pub draw: Draw,
-}
-
-impl Default for HemicubeOptions {
-    fn default() -> Self {
-        Self { resolution: 128, draw: Draw::Sources }
-    }
-}
-
-impl HemicubeOptions {
-    /// An error if the resolution is not one that hemicubes can have.
-    pub(super) fn check(&self) -> Result<(), HemicubeError> {
-        let n = self.resolution;
-        if !(16..=1024).contains(&n) || n % 2 == 1 {
-            return Err(HemicubeError::Resolution(n));
-        }
-        Ok(())
-    }
-}
-
-/// Why hemicubes cannot be made as asked.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
-pub enum HemicubeError {
-    /// The resolution is odd or out of range.
-    #[error("the hemicube resolution {0} is not an even number from 16 to 1024")]
-    Resolution(usize),
-}
+use model::{Model, RowBuffers};
+pub use options::{Draw, HemicubeError, HemicubeOptions};
+use project::{project_patches, project_sources};
 
 /// The hemicube engine on the CPU.
 pub struct Hemicube<'a> {
-    geometry: &'a Geometry,
-    patches: &'a Patches,
+    model: Model<'a>,
     draw: Draw,
-    occluders: Occluders,
-    bodies: Bodies,
-    faces: [Face; 5],
-    /// Delta form factors of top and side with the stride of the faces; padding weighs nothing.
-    weights: [Vec<u32>; 2],
-    lookups: Lookups<'a>,
-    scratch: Mutex<Vec<Scratch>>,
+    buffers: Mutex<Vec<RowBuffers>>,
 }
-
-/// What one thread needs to make a row.
-#[derive(Default)]
-struct Scratch {
-    view: View,
-    /// Solid triangles whose back would be seen, if their body did not hide it.
-    hidden: Vec<bool>,
-    buffers: [ItemBuffer; 5],
-    /// Edge functions of the triangles drawn: by solid triangle, or by source triangle when patches
-    /// are drawn.
-    edges: Vec<Edges>,
-    /// Weight of each patch seen so far in this row.
-    tally: Tally<u32>,
-    /// The patch under each pixel of a row of pixels.
-    places: Vec<u32>,
-}
-
-/// Mark of a back that does not reflect, in an item buffer of patches.
-const BACK: u32 = NOTHING - 1;
 
 impl<'a> Hemicube<'a> {
     /// An engine for these patches.
@@ -122,37 +50,20 @@ impl<'a> Hemicube<'a> {
         options: HemicubeOptions,
     ) -> Result<Self, HemicubeError> {
         options.check()?;
-        let n = options.resolution;
-        let delta = DeltaFormFactors::new(n);
-        let faces = Face::hemicube(n);
-        let pad = |weights: &[u32]| -> Vec<u32> {
-            let stride = faces[0].stride();
-            weights
-                .chunks(n)
-                .flat_map(|row| {
-                    row.iter().copied().chain(std::iter::repeat_n(0, stride - row.len()))
-                })
-                .collect()
-        };
-        let weights = [pad(&delta.top), pad(&delta.side)];
-        let occluders = Occluders::new(geometry);
-        let scratch = Mutex::new(Vec::new());
-        let bodies = occluders.bodies(geometry);
-        let lookups = Lookups::new(occluders.ids(), patches);
-        let draw = options.draw;
-        Ok(Self { geometry, patches, draw, occluders, bodies, faces, weights, lookups, scratch })
+        let model = Model::new(geometry, patches, options.resolution);
+        Ok(Self { model, draw: options.draw, buffers: Mutex::default() })
     }
 
     /// Makes one row.
     pub fn row(&self, id: PatchId, row: &mut Row) {
-        let mut scratch = self.locked().pop().unwrap_or_default();
-        scratch.tally.resize(self.patches.len() + 2);
-        make_row(self, id, &mut scratch, row);
-        self.locked().push(scratch);
+        let mut buffers = self.locked().pop().unwrap_or_default();
+        buffers.tally.resize(self.model.patches.len() + 2);
+        make_row(&self.model, self.draw, id, &mut buffers, row);
+        self.locked().push(buffers);
     }
 
-    fn locked(&self) -> std::sync::MutexGuard<'_, Vec<Scratch>> {
-        self.scratch.lock().unwrap_or_else(PoisonError::into_inner)
+    fn locked(&self) -> MutexGuard<'_, Vec<RowBuffers>> {
+        self.buffers.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -167,8 +78,9 @@ impl Engine for Hemicube<'_> {
 
     fn bytes(&self, rows: usize) -> u64 {
         let threads = rows.min(rayon::current_num_threads()) as u64;
-        let pixels: usize = self.faces.iter().map(|f| f.stride() * f.height()).sum();
-        let per_thread = 8 * pixels + 5 * self.patches.len() + 63 * self.occluders.len();
+        let pixels: usize = self.model.faces.iter().map(|f| f.stride() * f.height()).sum();
+        let per_thread =
+            8 * pixels + 5 * self.model.patches.len() + 63 * self.model.occluders.len();
         threads * per_thread as u64
     }
 
@@ -180,104 +92,39 @@ impl Engine for Hemicube<'_> {
 }
 
 multiversion! {
-    fn make_row(engine: &Hemicube<'_>, id: PatchId, scratch: &mut Scratch, row: &mut Row)
+    fn make_row(model: &Model<'_>, draw: Draw, id: PatchId, buffers: &mut RowBuffers, row: &mut Row)
         = make_row_kernel
 }
 
 #[inline(always)]
-fn make_row_kernel(engine: &Hemicube<'_>, id: PatchId, scratch: &mut Scratch, row: &mut Row) {
-    let cell = engine.patches.cell(id);
-    let normal = engine.geometry.normal(cell.triangle, cell.side);
-    let centre = engine.patches.origin(id).position(engine.geometry);
-    engine.occluders.look(&Frame::on_surface(centre, normal), &mut scratch.view);
-    let own = engine.occluders.ids().binary_search(&cell.triangle).ok();
+fn make_row_kernel(
+    model: &Model<'_>,
+    draw: Draw,
+    id: PatchId,
+    buffers: &mut RowBuffers,
+    row: &mut Row,
+) {
+    let cell = model.patches.cell(id);
+    let normal = model.geometry.normal(cell.triangle, cell.side);
+    let centre = model.patches.origin(id).position(model.geometry);
+    model.occluders.look(&Frame::on_surface(centre, normal), &mut buffers.view);
+    let own = model.occluders.ids().binary_search(&cell.triangle).ok();
     let own = own.map(|i| (i, cell.side == Side::Front));
-    engine.bodies.hide(centre, own, &mut scratch.hidden);
-    for (buffer, face) in scratch.buffers.iter_mut().zip(&engine.faces) {
-        buffer.clear(face);
+    model.bodies.hide(centre, own, &mut buffers.hidden);
+    for (items, face) in buffers.items.iter_mut().zip(&model.faces) {
+        items.clear(face);
     }
-    match engine.draw {
+    match draw {
         Draw::Sources => {
-            project_sources(engine, cell.triangle, scratch);
-            count_sources(engine, scratch);
+            project_sources(model, cell.triangle, buffers);
+            count_sources(model, buffers);
         }
         Draw::Patches => {
-            project_patches(engine, cell.triangle, scratch);
-            count_patches(engine, scratch);
+            project_patches(model, cell.triangle, buffers);
+            count_patches(model, buffers);
         }
     }
-    write(&mut scratch.tally, engine.patches.len(), row);
-}
-
-/// Projects every source triangle but the patch's own on the faces; items are twice the number of
-/// the solid triangle, plus one if its back is seen.
-#[inline(always)]
-fn project_sources(engine: &Hemicube<'_>, own: TriangleId, s: &mut Scratch) {
-    s.edges.resize(engine.occluders.len(), Edges::default());
-    for (i, &id) in engine.occluders.ids().iter().enumerate() {
-        let faces = engine.occluders.faces_in(&s.view, i);
-        if faces == 0 || id == own || s.hidden[i] {
-            continue;
-        }
-        let corners = engine.occluders.corners_in(&s.view, i);
-        let mut known = false;
-        each_face!(F => if faces >> F & 1 == 1
-            && let Some(bounds) = engine.faces[F].bounds::<F>(&corners)
-        {
-            if !std::mem::replace(&mut known, true) {
-                let Some(edges) = Edges::new(corners) else { continue };
-                let absorbs = edges.back && engine.patches.split_of(id, Side::Back) == Split::None;
-                s.edges[i] = if absorbs { edges.receded() } else { edges };
-            }
-            let edges = &s.edges[i];
-            let item = 2 * i as u32 + u32::from(edges.back);
-            s.buffers[F].draw::<F>(&engine.faces[F], bounds, edges, item);
-        });
-    }
-}
-
-/// Projects every patch but those of the own source triangle on the faces; items are patches.
-#[inline(always)]
-fn project_patches(engine: &Hemicube<'_>, own: TriangleId, s: &mut Scratch) {
-    s.edges.resize(engine.geometry.len(), Edges::default());
-    for (i, &id) in engine.occluders.ids().iter().enumerate() {
-        if engine.occluders.faces_in(&s.view, i) == 0 || id == own || s.hidden[i] {
-            continue;
-        }
-        let corners = engine.occluders.corners_in(&s.view, i);
-        let Some(edges) = Edges::new(corners) else { continue };
-        let side = if edges.back { Side::Back } else { Side::Front };
-        let absorbs = engine.patches.split_of(id, side) == Split::None;
-        let edges = if absorbs { edges.receded() } else { edges };
-        s.edges[id.index()] = edges;
-        let mut draw = |patch: [Vec3; 3], area: &PatchArea, item: u32| {
-            let joined = patch.iter().fold(0, |c, p| c | code(p.x, p.y, p.z));
-            let faces = faces_of(joined);
-            each_face!(F => if faces >> F & 1 == 1
-                && let Some(bounds) = engine.faces[F].bounds::<F>(&patch)
-            {
-                s.buffers[F].draw_patch::<F>(&engine.faces[F], bounds, &edges, area, item);
-            });
-        };
-        if absorbs {
-            let whole = PatchArea { strips: 1.0, strip: [0.0; 3], inverted: false };
-            draw(corners, &whole, BACK);
-        }
-        for patch in engine.patches.of_side(id, side) {
-            let cell = engine.patches.cell(patch);
-            let n = cell.strips() as f32;
-            let area = PatchArea {
-                strips: n,
-                strip: cell.strip().map(|i| i as f32),
-                inverted: cell.inverted,
-            };
-            let [a, b, c] = corners;
-            let at =
-                |l: [u32; 3]| (a * l[0] as f32 + b * l[1] as f32 + c * l[2] as f32) * (1.0 / n);
-            let [p, q, r] = cell.lattice();
-            draw([at(p), at(q), at(r)], &area, patch.0);
-        }
-    }
+    write(&mut buffers.tally, model.patches.len(), row);
 }
 
 #[cfg(test)]
@@ -286,6 +133,7 @@ mod tests {
 
     use super::*;
     use crate::scene::{Material, SceneBuilder, Sides, Surface};
+    use crate::visibility::Bodies;
 
     /// The inside of a unit cube.
     fn cube() -> Geometry {
@@ -345,7 +193,7 @@ mod tests {
             let ids: Vec<PatchId> = p.ids().step_by(p.len() / 150).collect();
             let mut rows = [vec![Row::default(); ids.len()], vec![Row::default(); ids.len()]];
             engine.fill(&ids, &mut rows[0]).unwrap();
-            engine.bodies = Bodies::none(engine.occluders.len());
+            engine.model.bodies = Bodies::none(engine.model.occluders.len());
             engine.fill(&ids, &mut rows[1]).unwrap();
             for ((a, b), &id) in rows[0].iter().zip(&rows[1]).zip(&ids) {
                 let change: f64 = p.ids().map(|j| (a.factor_to(j) - b.factor_to(j)).abs()).sum();

@@ -12,7 +12,7 @@ use super::rows::{Accounts, entries};
 use super::tree::TILE;
 use crate::engines::engine::AssembleError;
 use crate::form_factors::{Row, RowBlock, RowSink, SinkError, Weights, entry_bytes, sum};
-use crate::progress::Progress;
+use crate::progress::{Cancelled, Progress};
 
 /// The exchange of the pairs of two tiles, by rows.
 #[derive(Debug, Default)]
@@ -87,8 +87,13 @@ pub(super) fn make(
     for wave in tiles.chunks(WAVE) {
         let of_wave: Vec<[TileId; 2]> =
             wave.iter().flat_map(|&b| tiles[..=b.index()].iter().map(move |&a| [a, b])).collect();
-        let made: Vec<Upper> =
-            of_wave.par_iter().with_max_len(4).map(|&tiles| upper_half(pairs, tiles)).collect();
+        let upper_half = |&tiles| {
+            progress.advance(0)?;
+            Ok(upper_half(pairs, tiles))
+        };
+        let made: Result<Vec<Upper>, Cancelled> =
+            of_wave.par_iter().with_max_len(4).map(upper_half).collect();
+        let made = made?;
         entries += 2 * made.iter().map(|u| u.exchange.len() as u64).sum::<u64>();
         if entries * entry_bytes(&Weights::Each(Vec::new())) > room {
             return Err(SinkError::Memory { allowed: room }.into());

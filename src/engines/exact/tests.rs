@@ -60,6 +60,34 @@ fn the_matrix_has_the_bits_of_its_rows_for_any_threads() {
     }
 }
 
+/// Cancels after it was asked so many times.
+struct CancelAfter(std::sync::atomic::AtomicUsize);
+
+impl Progress for CancelAfter {
+    fn stage(&self, _name: &str, _total: u64) {}
+
+    fn advance(&self, _n: u64) -> Result<(), crate::progress::Cancelled> {
+        use std::sync::atomic::Ordering::Relaxed;
+        let left = self.0.fetch_update(Relaxed, Relaxed, |left| left.checked_sub(1));
+        left.map(|_| ()).map_err(|_| crate::progress::Cancelled)
+    }
+}
+
+#[test]
+fn an_interrupt_is_heard_between_two_pairs_of_tiles() {
+    let g = builtin::build("furnace").unwrap().geometry;
+    let p = Patches::uniform(&g, 0.005).unwrap();
+    let bvh = Bvh::new(&g);
+    let ids: Vec<PatchId> = p.ids().collect();
+    let mut engine = Exact::new(&g, &p, &bvh, ExactOptions::default());
+    let mut factors = FormFactors::new(p.len(), 1 << 32);
+    let error = engine.make(&ids, &mut factors, &CancelAfter(2.into())).unwrap_err();
+    assert!(crate::progress::is_cancelled(&error), "{error}");
+    // Two pairs of tiles of the first 36.
+    let pairs = engine.counts()[0];
+    assert!(pairs <= 2 * 128 * 128, "{pairs}");
+}
+
 #[test]
 fn a_closed_cube_loses_nothing() {
     let g = builtin::build("furnace").unwrap().geometry;

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::{BACK, Hemicube, Scratch};
+use super::model::{BACK, Model, RowBuffers};
 use crate::engines::lookup::{Lookup, back, environment, index_in_grid};
 use crate::form_factors::tally::Tally;
 use crate::form_factors::{ONE, Row, Weights};
@@ -26,9 +26,9 @@ fn add_all(tally: &mut Tally<u32>, places: &[u32], weights: &[u32]) {
 
 /// Moves the sums into `row` and clears them.
 pub(super) fn write(tally: &mut Tally<u32>, patches: usize, row: &mut Row) {
-    let mut share = |place: u32| f64::from(tally.take(place)) / f64::from(ONE);
+    let mut fraction = |place: u32| f64::from(tally.take(place)) / f64::from(ONE);
     (row.environment, row.back, row.lost) =
-        (share(environment(patches)), share(back(patches)), 0.0);
+        (fraction(environment(patches)), fraction(back(patches)), 0.0);
     let mut weights = match std::mem::take(&mut row.weights) {
         Weights::Fixed(w) => w,
         Weights::Each(_) | Weights::Equal { .. } => Vec::new(),
@@ -39,20 +39,20 @@ pub(super) fn write(tally: &mut Tally<u32>, patches: usize, row: &mut Row) {
 
 /// Sums the weights of each patch in item buffers of patches.
 #[inline(always)]
-pub(super) fn count_patches(engine: &Hemicube<'_>, s: &mut Scratch) {
-    let n = engine.patches.len();
+pub(super) fn count_patches(model: &Model<'_>, buffers: &mut RowBuffers) {
+    let n = model.patches.len();
     each_face!(F => {
-        let face = &engine.faces[F];
-        let weights = &engine.weights[usize::from(F != 0)];
-        let rows = s.buffers[F].items().chunks(face.stride()).zip(weights.chunks(face.stride()));
+        let face = &model.faces[F];
+        let weights = &model.weights[usize::from(F != 0)];
+        let rows = buffers.items[F].items().chunks(face.stride()).zip(weights.chunks(face.stride()));
         for ((items, weights), &y) in rows.zip(face.y()) {
             for ((&item, &weight), &x) in items.iter().zip(weights).zip(face.x()) {
                 let place = match item {
                     NOTHING => environment(n),
                     BACK => back(n),
-                    patch => part_of::<F>(engine, &s.edges, patch, [x, y]),
+                    patch => part_of::<F>(model, &buffers.edges, patch, [x, y]),
                 };
-                s.tally.add(place, weight);
+                buffers.tally.add(place, weight);
             }
         }
     });
@@ -60,10 +60,10 @@ pub(super) fn count_patches(engine: &Hemicube<'_>, s: &mut Scratch) {
 
 /// The patch that a pixel of patch `id` counts for.
 #[inline(always)]
-fn part_of<const F: usize>(engine: &Hemicube<'_>, edges: &[Edges], id: u32, at: [f32; 2]) -> u32 {
-    let cell = engine.patches.cell(PatchId(id));
+fn part_of<const F: usize>(model: &Model<'_>, edges: &[Edges], id: u32, at: [f32; 2]) -> u32 {
+    let cell = model.patches.cell(PatchId(id));
     let side = side_index(cell.triangle, cell.side);
-    let lookups = &engine.lookups;
+    let lookups = &model.lookups;
     if !lookups.finest.has_cuts(side) {
         return id;
     }
@@ -76,34 +76,34 @@ fn part_of<const F: usize>(engine: &Hemicube<'_>, edges: &[Edges], id: u32, at: 
 
 /// Looks up the patch under each pixel and sums the weights.
 #[inline(always)]
-pub(super) fn count_sources(engine: &Hemicube<'_>, s: &mut Scratch) {
-    let mut places = std::mem::take(&mut s.places);
-    places.resize(engine.faces[0].stride(), 0);
+pub(super) fn count_sources(model: &Model<'_>, buffers: &mut RowBuffers) {
+    let mut places = std::mem::take(&mut buffers.places);
+    places.resize(model.faces[0].stride(), 0);
     each_face!(F => {
-        let face = &engine.faces[F];
-        let weights = &engine.weights[usize::from(F != 0)];
-        let rows = s.buffers[F].items().chunks(face.stride()).zip(weights.chunks(face.stride()));
+        let face = &model.faces[F];
+        let weights = &model.weights[usize::from(F != 0)];
+        let rows = buffers.items[F].items().chunks(face.stride()).zip(weights.chunks(face.stride()));
         for ((items, weights), &y) in rows.zip(face.y()) {
             let items = items.as_chunks::<LANES>().0;
             let xs = face.x().as_chunks::<LANES>().0;
             for ((items, xs), places) in items.iter().zip(xs).zip(places.as_chunks_mut().0) {
-                look_up::<F>(engine, &s.edges, items, xs, y, places);
+                look_up::<F>(model, &buffers.edges, items, xs, y, places);
             }
-            if let Some(patch_of) = &engine.lookups.patch_of {
+            if let Some(patch_of) = &model.lookups.patch_of {
                 for place in &mut places {
                     *place = patch_of[*place as usize];
                 }
             }
-            add_all(&mut s.tally, &places, weights);
+            add_all(&mut buffers.tally, &places, weights);
         }
     });
-    s.places = places;
+    buffers.places = places;
 }
 
 /// The places in the tally of a block of pixels, in the finest mesh.
 #[inline(always)]
 fn look_up<const F: usize>(
-    engine: &Hemicube<'_>,
+    model: &Model<'_>,
     edges: &[Edges],
     items: &[u32; LANES],
     xs: &[f32; LANES],
@@ -111,14 +111,14 @@ fn look_up<const F: usize>(
     places: &mut [u32; LANES],
 ) {
     if items.iter().fold(0, |differ, &i| differ | (i ^ items[0])) == 0 {
-        *places = of_item::<F>(engine, edges, items[0], 0..LANES, xs, y);
+        *places = of_item::<F>(model, edges, items[0], 0..LANES, xs, y);
         return;
     }
     let mut from = 0;
     while from < LANES {
         let item = items[from];
         let to = (from + 1..LANES).find(|&l| items[l] != item).unwrap_or(LANES);
-        let found = of_item::<F>(engine, edges, item, from..to, xs, y);
+        let found = of_item::<F>(model, edges, item, from..to, xs, y);
         for l in 0..LANES {
             places[l] = if (from..to).contains(&l) { found[l] } else { places[l] };
         }
@@ -126,11 +126,11 @@ fn look_up<const F: usize>(
     }
 }
 
-/// The places of the pixels of a block, if all of them were of one item; those of `run` are, and only
-/// they mind what cuts patches.
+/// The places of the pixels of a block, if all of them were of one item; those of `run` are, and
+/// only they mind what cuts patches.
 #[inline(always)]
 fn of_item<const F: usize>(
-    engine: &Hemicube<'_>,
+    model: &Model<'_>,
     edges: &[Edges],
     item: u32,
     run: Range<usize>,
@@ -138,9 +138,9 @@ fn of_item<const F: usize>(
     y: f32,
 ) -> [u32; LANES] {
     if item == NOTHING {
-        return [environment(engine.lookups.finest.len()); LANES];
+        return [environment(model.lookups.finest.len()); LANES];
     }
-    let Lookup { first, strips, cut } = engine.lookups.of(item);
+    let Lookup { first, strips, cut } = model.lookups.of(item);
     if strips == 0.0 {
         return [first; LANES];
     }
@@ -154,9 +154,9 @@ fn of_item<const F: usize>(
     }
     if cut {
         for l in run {
-            if engine.lookups.finest.is_cut(PatchId(places[l])) {
+            if model.lookups.finest.is_cut(PatchId(places[l])) {
                 let f = [e0[0] * xs[l] + c0, e1[0] * xs[l] + c1, e2[0] * xs[l] + c2];
-                places[l] = engine.lookups.owner(places[l], f);
+                places[l] = model.lookups.owner(places[l], f);
             }
         }
     }
