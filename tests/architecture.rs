@@ -123,10 +123,11 @@ fn a_module_uses_only_those_above_it() {
 #[test]
 fn no_files_use_each_other_in_a_circle() {
     let circles = Crate::new(&sources(&root().join("src"))).circles();
-    for circle in &circles {
-        println!("{}:\n    {}\n", circle.files.join(", "), circle.way.join("\n    "));
-    }
-    assert!(circles.is_empty(), "{} circles, with a shortest way round each above", circles.len());
+    let shown = circles.iter().map(|circle| {
+        let way = circle.way.join("\n    ");
+        format!("{}, with a shortest way round:\n    {way}\n", circle.files.join(", "))
+    });
+    assert!(circles.is_empty(), "{}", shown.collect::<String>());
 }
 
 #[test]
