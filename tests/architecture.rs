@@ -4,78 +4,87 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
+#[path = "common/modules.rs"]
+mod modules;
+#[path = "common/sources.rs"]
+mod sources;
+#[path = "common/uses.rs"]
+mod uses;
+
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Uses of a module below one's own that are allowed, as (file, module): none.
-const UPWARD: &[(&str, &str)] = &[];
+use sources::{Source, files_below, name_below, sources};
+use uses::Crate;
+
+/// Uses of a module below one's own that are allowed, as "file uses module": none.
+const UPWARD: &[&str] = &[];
 
 /// Where files may be read or written: importers, and the formats of results.
-const FILES: &[&str] = &["scene/", "store", "export"];
+const FILES: &[&str] = &["scene/", "export/", "export.rs"];
 
 /// The one file with `unsafe` code.
 const UNSAFE: &[&str] = &["simd.rs"];
 
-struct Source {
-    /// Below `src`, with `/`.
-    name: String,
-    code: String,
-}
+/// How the circles begin, by the first of their files, that are not broken yet. None may be added.
+const STILL_IN_CIRCLES: &[&str] = &[
+    "direct/",
+    "engines/engine",
+    "form_factors/",
+    "patches.rs",
+    "reconstruct",
+    "solve",
+    "visibility/",
+];
 
-impl Source {
-    /// The module of lib.rs that it belongs to.
-    fn module(&self) -> &str {
-        self.name.split(['/', '.']).next().unwrap()
-    }
+/// Files that are still longer than [`LONGEST`].
+const STILL_LONG: &[&str] = &["src/engines/hemicube_gpu.rs"];
 
-    /// How many `super::` lead to the root of the crate.
-    fn depth(&self) -> usize {
-        self.name.split('/').count()
-    }
-}
+/// Files and folders that still hold lines of more than [`WIDEST`] columns.
+const STILL_WIDE: &[&str] = &[
+    "ARCHITECTURE.md",
+    "CHANGELOG.md",
+    "CONTRIBUTING.md",
+    "README.md",
+    "cli/",
+    "docs/",
+    "examples/",
+    "src/direct",
+    "src/engines/",
+    "src/export/",
+    "src/form_factors",
+    "src/gather.rs",
+    "src/matrix",
+    "src/patches",
+    "src/reconstruct",
+    "src/refine/",
+    "src/render",
+    "src/report.rs",
+    "src/scene",
+    "src/solution/",
+    "src/solve",
+    "src/uncertainty",
+    "src/visibility",
+    "tests/",
+];
+
+/// Most lines of code in a file, and in half of all files.
+const LONGEST: usize = 500;
+const MEDIAN: usize = 150;
+
+/// Most columns of a line.
+const WIDEST: usize = 100;
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-fn sources() -> Vec<Source> {
-    let src = root().join("src");
-    let mut folders = vec![src.clone()];
-    let mut found = Vec::new();
-    while let Some(folder) = folders.pop() {
-        for entry in fs::read_dir(folder).unwrap() {
-            let path: PathBuf = entry.unwrap().path();
-            if path.is_dir() {
-                folders.push(path);
-                continue;
-            }
-            let parts: Vec<_> =
-                path.strip_prefix(&src).unwrap().iter().map(|p| p.to_str().unwrap()).collect();
-            let name = parts.join("/");
-            if name.ends_with(".rs") && !name.ends_with("tests.rs") && name != "lib.rs" {
-                let code = code_of(&fs::read_to_string(&path).unwrap());
-                found.push(Source { name, code });
-            }
-        }
-    }
-    assert!(found.len() > 30, "the sources were not found");
-    found
-}
-
-/// Without comments and unit tests.
-fn code_of(text: &str) -> String {
-    let mut code = String::new();
-    let mut lines = text.lines().peekable();
-    while let Some(line) = lines.next() {
-        let tests = lines.peek().is_some_and(|next| next.contains("mod tests {"));
-        if line == "#[cfg(test)]" && tests {
-            lines.by_ref().find(|&line| line == "}");
-            continue;
-        }
-        code += line.split("//").next().unwrap();
-        code.push('\n');
-    }
-    code
+/// The sources of the library but lib.rs.
+fn library() -> Vec<Source> {
+    let mut sources = sources(&root().join("src"));
+    sources.retain(|s| s.name != "lib.rs");
+    sources
 }
 
 /// Modules in the order of lib.rs.
@@ -92,78 +101,57 @@ fn modules() -> Vec<String> {
     modules
 }
 
-fn is_word(c: char) -> bool {
-    c.is_alphanumeric() || c == '_'
-}
-
-/// Where `word` stands as a word of its own.
-fn words<'a>(code: &'a str, word: &'a str) -> impl Iterator<Item = usize> + 'a {
-    code.match_indices(word).map(|m| m.0).filter(move |&at| {
-        !code[..at].ends_with(is_word) && !code[at + word.len()..].starts_with(is_word)
-    })
-}
-
-/// The names that follow `path` directly, or in braces: `crate::a` and `crate::{a::B, c}`.
-fn names_after(code: &str, path: &str) -> Vec<String> {
-    let mut names = Vec::new();
-    for (at, _) in code.match_indices(path) {
-        if code[..at].ends_with(|c| is_word(c) || c == ':') {
-            continue;
-        }
-        let rest = &code[at + path.len()..];
-        let first = |s: &str| -> String { s.trim().chars().take_while(|&c| is_word(c)).collect() };
-        let Some(list) = rest.strip_prefix('{') else {
-            names.push(first(rest));
-            continue;
-        };
-        let (mut depth, mut from) = (0, 0);
-        for (i, c) in list.char_indices() {
-            match c {
-                '{' => depth += 1,
-                '}' if depth > 0 => depth -= 1,
-                '}' | ',' if depth == 0 => {
-                    names.push(first(&list[from..i]));
-                    from = i + 1;
-                    if c == '}' {
-                        break;
-                    }
-                }
-                _ => {}
-            }
-        }
-    }
-    names.retain(|n| !n.is_empty());
-    names
-}
-
 /// The sources of a module of lib.rs that have one of `words` in them.
 fn mentions(sources: &[Source], module: &str, forbidden: &[&str]) -> Vec<String> {
     sources
         .iter()
         .filter(|s| s.module() == module)
         .flat_map(|s| forbidden.iter().map(move |&w| (s, w)))
-        .filter(|(s, w)| words(&s.code, w).next().is_some())
+        .filter(|(s, w)| s.has(w))
         .map(|(s, w)| format!("{}: {w}", s.name))
         .collect()
+}
+
+/// Fails for each of `found` that no allowance begins, and for each allowance that nothing needs.
+#[track_caller]
+fn allow(found: &[String], allowances: &[&str]) {
+    let wrong: Vec<_> =
+        found.iter().filter(|f| !allowances.iter().any(|a| f.starts_with(a))).collect();
+    assert!(wrong.is_empty(), "{wrong:#?}");
+    let idle: Vec<_> =
+        allowances.iter().filter(|a| !found.iter().any(|f| f.starts_with(**a))).collect();
+    assert!(idle.is_empty(), "nothing needs these allowances any more: {idle:#?}");
 }
 
 #[test]
 fn a_module_uses_only_those_above_it() {
     let modules = modules();
-    let place = |name: &str| modules.iter().position(|m| m == name);
-    let mut wrong = Vec::new();
-    for source in sources() {
-        let own = place(source.module())
-            .unwrap_or_else(|| panic!("{} belongs to no module of lib.rs", source.name));
-        let to_root = "super::".repeat(source.depth());
-        for used in ["crate::", &to_root].iter().flat_map(|p| names_after(&source.code, p)) {
-            let allowed = UPWARD.contains(&(source.name.as_str(), used.as_str()));
-            if place(&used).is_some_and(|p| p > own) && !allowed {
-                wrong.push(format!("{} uses {used}, which is below {}", source.name, modules[own]));
-            }
+    let all = Crate::new(&sources(&root().join("src")));
+    assert!(all.unknown.is_empty(), "paths that lead nowhere: {:#?}", all.unknown);
+    let place = |file: usize| {
+        let module = all.name(file).split(['/', '.']).next();
+        modules.iter().position(|m| Some(m.as_str()) == module)
+    };
+    let mut upward = BTreeSet::new();
+    for &(from, to) in all.uses.keys().filter(|(from, _)| all.name(*from) != "lib.rs") {
+        let own = place(from);
+        assert!(own.is_some(), "{} belongs to no module of lib.rs", all.name(from));
+        if let Some(used) = place(to).filter(|&used| Some(used) > own) {
+            upward.insert(format!("{} uses {}", all.name(from), modules[used]));
         }
     }
-    assert!(wrong.is_empty(), "{wrong:#?}");
+    allow(&upward.into_iter().collect::<Vec<_>>(), UPWARD);
+}
+
+#[test]
+fn no_files_use_each_other_in_a_circle() {
+    let mut found = Vec::new();
+    for circle in Crate::new(&sources(&root().join("src"))).circles() {
+        let files = circle.files.join(", ");
+        println!("{files}:\n    {}\n", circle.way.join("\n    "));
+        found.push(files);
+    }
+    allow(&found, STILL_IN_CIRCLES);
 }
 
 #[test]
@@ -171,9 +159,9 @@ fn the_library_never_prints_exits_or_reads_the_environment() {
     const FORBIDDEN: &[&str] =
         &["print!", "println!", "eprint!", "eprintln!", "dbg!", "stdout", "stderr", "stdin"];
     let mut wrong = Vec::new();
-    for source in sources() {
+    for source in library() {
         for word in FORBIDDEN.iter().chain(&["std::env", "process::exit", "process::abort"]) {
-            if words(&source.code, word).next().is_some() {
+            if source.has(word) {
                 wrong.push(format!("{}: {word}", source.name));
             }
         }
@@ -183,30 +171,21 @@ fn the_library_never_prints_exits_or_reads_the_environment() {
 
 #[test]
 fn unsafe_code_has_one_place() {
-    let wrong: Vec<String> = sources()
-        .into_iter()
-        .filter(|s| words(&s.code, "unsafe").next().is_some() && !UNSAFE.contains(&&*s.name))
-        .map(|s| s.name)
-        .collect();
-    assert!(wrong.is_empty(), "{wrong:?}");
+    let found: Vec<String> =
+        library().into_iter().filter(|s| s.has("unsafe")).map(|s| s.name).collect();
+    allow(&found, UNSAFE);
 }
 
 #[test]
 fn files_are_touched_by_importers_and_results_alone() {
-    let wrong: Vec<String> = sources()
-        .into_iter()
-        .filter(|s| {
-            ["fs", "tempfile", "OpenOptions"].iter().any(|w| words(&s.code, w).next().is_some())
-        })
-        .map(|s| s.name)
-        .filter(|name| !FILES.iter().any(|place| name.starts_with(place)))
-        .collect();
-    assert!(wrong.is_empty(), "{wrong:?}");
+    let touches = |s: &Source| ["fs", "tempfile", "OpenOptions"].iter().any(|w| s.has(w));
+    let found: Vec<String> = library().into_iter().filter(touches).map(|s| s.name).collect();
+    allow(&found, FILES);
 }
 
 #[test]
 fn form_factors_see_no_materials() {
-    let sources = sources();
+    let sources = library();
     // `Texture` alone is a word of graphics devices.
     let optics = &["optics", "Optics", "Material", "TextureSampler", "Scene"];
     let mut wrong = mentions(&sources, "form_factors", optics);
@@ -219,11 +198,79 @@ fn form_factors_see_no_materials() {
 #[test]
 fn solvers_know_no_engine_and_no_device() {
     let wrong = mentions(
-        &sources(),
+        &library(),
         "solve",
         &["Engine", "Hemicube", "Draw", "wgpu", "visibility", "Geometry", "Patches"],
     );
     assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+#[test]
+fn files_are_short() {
+    let mut lengths = Vec::new();
+    for folder in ["src", "cli/src"] {
+        let sources = sources(&root().join(folder)).into_iter();
+        lengths.extend(sources.map(|s| (s.lines(), format!("{folder}/{}", s.name))));
+    }
+    lengths.sort();
+    let long = lengths.iter().filter(|l| l.0 > LONGEST);
+    let long: Vec<String> = long.map(|(lines, name)| format!("{name}: {lines} lines")).collect();
+    allow(&long, STILL_LONG);
+    let median = lengths[lengths.len() / 2].0;
+    assert!(median <= MEDIAN, "half of all files have {median} lines or more");
+}
+
+#[test]
+fn lines_are_narrow() {
+    let mut files: Vec<PathBuf> =
+        ["src", "cli", "tests", "examples", "benches", "docs"].map(|f| root().join(f)).into();
+    files = files.iter().flat_map(|folder| files_below(folder)).collect();
+    files.extend(fs::read_dir(root()).unwrap().map(|entry| entry.unwrap().path()));
+    let mut wide = Vec::new();
+    for file in files {
+        let ending = file.extension().and_then(|e| e.to_str()).unwrap_or_default();
+        if !["rs", "wgsl", "py", "md"].contains(&ending) {
+            continue;
+        }
+        let text = fs::read_to_string(&file).unwrap();
+        let name = name_below(root(), &file);
+        let lines = wide_lines(&text, ending == "md");
+        wide.extend(lines.into_iter().map(|line| format!("{name}:{line}")));
+    }
+    wide.sort();
+    allow(&wide, STILL_WIDE);
+}
+
+/// The numbers of lines with more than [`WIDEST`] columns; in Markdown those that can be broken: not
+/// tables, nor blocks of code, nor what is short but for the targets of links.
+fn wide_lines(text: &str, markdown: bool) -> Vec<usize> {
+    let mut in_code = false;
+    let mut wide = Vec::new();
+    for (number, line) in (1..).zip(text.lines()) {
+        in_code ^= line.trim_start().starts_with("```");
+        let mut columns = line.chars().count();
+        if markdown {
+            let targets = line.split("](").skip(1).filter_map(|rest| rest.split(')').next());
+            columns -= targets.map(|target| target.chars().count()).sum::<usize>();
+            let fixed = in_code || line.trim_start().starts_with('|');
+            columns = if fixed { 0 } else { columns };
+        }
+        if columns > WIDEST {
+            wide.push(number);
+        }
+    }
+    wide
+}
+
+#[test]
+fn columns_are_characters_and_targets_of_links_have_none() {
+    let wide = "é".repeat(WIDEST + 1);
+    let text = format!(
+        "{}\n{wide}\n| {wide} |\n```\n{wide}\n```\n[text]({wide}) and more\n{wide}",
+        &wide[2..]
+    );
+    assert_eq!(wide_lines(&text, true), [2, 8]);
+    assert_eq!(wide_lines(&text, false), [2, 3, 5, 7, 8]);
 }
 
 #[test]
@@ -247,16 +294,4 @@ fn the_documents_point_at_files_that_exist() {
             assert!(outside || path.with_file_name(target).exists(), "{name}: {target}");
         }
     }
-}
-
-#[test]
-fn the_reader_of_sources_finds_what_it_looks_for() {
-    let code = code_of(
-        "use crate::{a::B, c::{D, E}, f};\nlet x = crate::g::H; // crate::no\n\
-         use super::super::i;\n#[cfg(test)]\nmod tests {\n    use crate::j;\n}\nuse crate::k;\n",
-    );
-    assert_eq!(names_after(&code, "crate::"), ["a", "c", "f", "g", "k"]);
-    assert_eq!(names_after(&code, "super::super::"), ["i"]);
-    assert_eq!(names_after(&code, "super::"), ["super"], "a longer path is another place");
-    assert_eq!(words("fs::read(offs, fs)", "fs").count(), 2);
 }

@@ -16,15 +16,15 @@
 //! approximate exchange areas") reach the same two conditions by other iterations. The scales are found
 //! by Newton's method ([`scaling`]).
 
+mod error;
 mod exchange;
 pub mod scaling;
 
-use thiserror::Error;
+pub use error::ClosureError;
 
-use super::sink::SinkError;
 use super::stored::FormFactors;
 use crate::patches::PatchId;
-use crate::progress::{Cancelled, Progress};
+use crate::progress::Progress;
 use crate::visibility::COVERED;
 
 /// A row that loses more than this to the environment and to backs belongs to no enclosure.
@@ -51,23 +51,6 @@ pub struct Closure {
     pub residual: f64,
     /// Form factors that the threshold left out.
     pub dropped: u64,
-}
-
-/// Why a matrix cannot be closed.
-#[derive(Debug, Error)]
-pub enum ClosureError {
-    /// Rows lose more than [`OPEN`] to the environment and to backs: each with that share.
-    #[error("{} patches lose more than 1 % to the environment or to backs", .0.len())]
-    Open(Vec<(PatchId, f64)>),
-    /// No scales make these rows sum to 1: the worst, each with the sum that it keeps.
-    #[error("no scaling closes {} patches", .0.len())]
-    Stalled(Vec<(PatchId, f64)>),
-    /// No memory.
-    #[error(transparent)]
-    Sink(#[from] SinkError),
-    /// The caller cancelled.
-    #[error("cancelled")]
-    Cancelled(#[from] Cancelled),
 }
 
 /// Closes the matrix of an enclosure: `factors` become exchange areas, to be scaled as the

@@ -1,8 +1,13 @@
 //! Meshes of several levels: coarsenings of a uniform mesh.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
-use super::{Cell, Finest, PatchId, Patches, Split, side_index};
+use super::cell::Cell;
+use super::cut::Cuts;
+use super::members::Members;
+use super::mesh::{Finest, Patches};
+use super::point::{PatchId, side_index};
+use super::split::Split;
 
 /// A set of cells of all levels of a uniform mesh: those that are split.
 #[derive(Debug, Clone)]
@@ -174,10 +179,10 @@ impl SplitCells {
             splits,
             cells,
             areas,
-            members: super::Members::default(),
+            members: Members::default(),
             contacts: finest.contacts.clone(),
-            cuts: super::Cuts::default(),
-            parts: std::sync::OnceLock::new(),
+            cuts: Cuts::default(),
+            fragments: OnceLock::new(),
             origins: std::collections::HashMap::new(),
             finest: Some(Finest { patches: finest.clone(), patch_of }),
         }

@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::{SurfacePoint, at_barycentric};
+use super::point::{SurfacePoint, at_barycentric};
 use crate::scene::{Geometry, Side, TriangleId};
 
 /// A cell of the triangular grid on one side of a source triangle.

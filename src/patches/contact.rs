@@ -224,7 +224,7 @@ impl Line {
 
 #[cfg(test)]
 mod tests {
-    use super::super::side_index;
+    use super::super::point::side_index;
     use super::*;
     use crate::scene::{Material, SceneBuilder, Sides, Surface};
 

@@ -34,6 +34,9 @@
 //! neighbours do not share vertices are as tight as their coordinates.
 
 mod build;
+mod hierarchy;
+mod meet;
+mod node;
 mod packet;
 mod rays;
 mod traverse;
@@ -43,10 +46,12 @@ mod tests;
 
 use glam::{DVec3, Vec3};
 
-use super::{NOTHING, ROUNDING};
+use super::NOTHING;
 use crate::scene::{Geometry, Side, TriangleId};
 
+use hierarchy::Hierarchy;
 pub use packet::{Hits, Lanes, Packet};
+use triangle::Triangle;
 
 /// A binary hierarchy of boxes about the solid triangles of a scene.
 #[derive(Debug, Clone)]
@@ -54,61 +59,8 @@ pub struct Bvh {
     centre: DVec3,
     radius: f64,
     ids: Vec<TriangleId>,
-    nodes: Vec<Node>,
-    /// In the order of the leaves.
-    triangles: Vec<Triangle>,
-    /// Where each solid triangle is in `triangles`.
-    place: Vec<u32>,
+    boxes: Hierarchy,
 }
-
-/// A box, and what is in it: lowest x, y, z, highest x, y, z, and the bits of two integers. Eight
-/// numbers alike need no check of an index below eight.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[repr(align(32))]
-struct Node([f32; 8]);
-
-impl Node {
-    /// The first of two children in a row, or the first triangle of a leaf.
-    #[inline(always)]
-    fn first(&self) -> u32 {
-        self.0[6].to_bits()
-    }
-
-    /// Number of triangles of a leaf, or [`INNER`] plus the axis along which the children lie.
-    #[inline(always)]
-    fn kind(&self) -> u32 {
-        self.0[7].to_bits()
-    }
-
-    /// The same box, with other contents.
-    fn with(mut self, first: u32, kind: u32) -> Self {
-        (self.0[6], self.0[7]) = (f32::from_bits(first), f32::from_bits(kind));
-        self
-    }
-}
-
-/// Marks a [`Node`] with children.
-const INNER: u32 = 0x8000_0000;
-
-/// Deepest level of the hierarchy below its root.
-const DEEPEST: usize = 80;
-
-/// A triangle, ready to be tested.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[repr(align(16))]
-struct Triangle {
-    /// x, y, z of corners a, b, c; then what [`SLAB`] and [`NOISE`] say.
-    numbers: [f32; 11],
-    /// Index among the solid triangles.
-    solid: u32,
-}
-
-/// Where in [`Triangle::numbers`] [`ROUNDING`] times twice the area is.
-const SLAB: usize = 9;
-
-/// Where in [`Triangle::numbers`] 16 times [`ROUNDING`] times the perimeter is: twice the area of a
-/// drawing may be rounding noise below that, and the triangle is seen edge on.
-const NOISE: usize = 10;
 
 /// What a single ray meets.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -142,7 +94,7 @@ impl Bvh {
         for (at, &i) in order.iter().enumerate() {
             place[i as usize] = at as u32;
         }
-        Self { centre, radius, ids, nodes, triangles, place }
+        Self { centre, radius, ids, boxes: Hierarchy { nodes, triangles, place } }
     }
 
     /// The source triangle of each solid triangle, in the order of
@@ -179,29 +131,26 @@ impl Bvh {
     /// Bytes of memory that it takes.
     #[must_use]
     pub fn bytes(&self) -> u64 {
-        (size_of_val(&*self.nodes)
-            + size_of_val(&*self.triangles)
-            + size_of_val(&*self.ids)
-            + size_of_val(&*self.place)) as u64
+        size_of_val(&*self.ids) as u64 + self.boxes.bytes()
     }
 
     /// The first hit of each ray.
     ///
     /// As many packets are traced as there are `hits`.
     pub fn closest(&self, packets: &[Packet], hits: &mut [Hits]) {
-        if self.nodes.is_empty() {
+        if self.boxes.nodes.is_empty() {
             hits.fill(Hits::NONE);
         } else {
-            traverse::closest(self, packets, hits);
+            traverse::closest(&self.boxes, packets, hits);
         }
     }
 
     /// Which rays meet anything before their far ends: bit l for lane l.
     pub fn blocked(&self, packets: &[Packet], blocked: &mut [u16]) {
-        if self.nodes.is_empty() {
+        if self.boxes.nodes.is_empty() {
             blocked.fill(0);
         } else {
-            traverse::blocked(self, packets, blocked);
+            traverse::blocked(&self.boxes, packets, blocked);
         }
     }
 

@@ -1,6 +1,6 @@
 //! Form factors made symmetric exchange areas, in the memory that they have.
 
-use super::ClosureError;
+use super::error::ClosureError;
 use crate::form_factors::block::BLOCK;
 use crate::form_factors::sink::SinkError;
 use crate::form_factors::stored::FormFactors;

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::{Fit, NONE, Region, Shape};
+use super::region::{Fit, NONE, Region, Shape};
 
 /// Clusters below this share of the largest area try to join a neighbour.
 const REMNANT: f64 = 0.4;

@@ -5,7 +5,8 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::{DEEPEST, INNER, Node, ROUNDING};
+use super::node::{DEEPEST, INNER, Node};
+use crate::visibility::ROUNDING;
 
 /// Boxes are wider by this on all sides.
 const MARGIN: f32 = 2.0 * ROUNDING as f32;

@@ -2,8 +2,8 @@
 
 use glam::Vec3;
 
-use super::NOTHING;
 use crate::simd::LANES;
+use crate::visibility::NOTHING;
 
 /// One number for each ray of a packet.
 pub type Lanes = [f32; LANES];

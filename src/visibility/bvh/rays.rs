@@ -2,8 +2,9 @@
 
 #![allow(clippy::needless_range_loop, reason = "loops over lanes, which become vectors")]
 
-use super::{Hits, Lanes, NOTHING, Packet};
+use super::packet::{Hits, Lanes, Packet};
 use crate::simd::LANES;
+use crate::visibility::NOTHING;
 
 /// Rays are drawn along the same axis if no other coordinate of their directions is larger than its
 /// own by more than this factor: the shear then costs two bits of precision at most.

@@ -1,5 +1,6 @@
 use glam::{DVec2, DVec3, dvec3};
 
+use super::node::{DEEPEST, INNER};
 use super::*;
 use crate::scene::builtin::{self, Mesh};
 use crate::scene::{Sides, TriangleState};
@@ -419,14 +420,14 @@ fn thousands_of_equal_and_nested_triangles_end() {
 fn every_triangle_is_in_one_leaf_within_its_boxes() {
     let g = soup(3_000, 0.05, &mut Noise(11));
     let bvh = Bvh::new(&g);
-    let mut found = vec![0; bvh.triangles.len()];
+    let mut found = vec![0; bvh.boxes.triangles.len()];
     let mut open = vec![(0, 0)];
     while let Some((at, depth)) = open.pop() {
         assert!(depth <= DEEPEST);
-        let node = &bvh.nodes[at];
+        let node = &bvh.boxes.nodes[at];
         if node.kind() >= INNER {
             for child in [node.first() as usize, node.first() as usize + 1] {
-                let inner = &bvh.nodes[child];
+                let inner = &bvh.boxes.nodes[child];
                 assert!((0..3).all(|a| node.0[a] <= inner.0[a] && inner.0[3 + a] <= node.0[3 + a]));
                 open.push((child, depth + 1));
             }
@@ -434,7 +435,7 @@ fn every_triangle_is_in_one_leaf_within_its_boxes() {
         }
         let leaf = node.first() as usize..(node.first() + node.kind()) as usize;
         found[leaf.clone()].iter_mut().for_each(|n| *n += 1);
-        for triangle in &bvh.triangles[leaf] {
+        for triangle in &bvh.boxes.triangles[leaf] {
             for corner in triangle.numbers[..9].chunks(3) {
                 assert!((0..3).all(|a| node.0[a] < corner[a] && corner[a] < node.0[3 + a]));
             }
@@ -452,5 +453,5 @@ fn the_hierarchy_does_not_depend_on_the_number_of_threads() {
         pool.install(|| Bvh::new(&g))
     };
     let (one, two) = (built(1), built(2));
-    assert!(one.nodes == two.nodes && one.triangles == two.triangles);
+    assert!(one.boxes.nodes == two.boxes.nodes && one.boxes.triangles == two.boxes.triangles);
 }

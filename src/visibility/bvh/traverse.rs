@@ -2,29 +2,32 @@
 
 #![allow(clippy::needless_range_loop, reason = "loops over lanes, which become vectors")]
 
+use super::hierarchy::Hierarchy;
+use super::node::{DEEPEST, INNER, Node};
+use super::packet::{Hits, Lanes, Packet};
 use super::rays::{Rays, max, min};
-use super::{Bvh, DEEPEST, Hits, INNER, Lanes, NOTHING, Node, Packet};
 use crate::simd::{LANES, multiversion};
+use crate::visibility::NOTHING;
 
 multiversion! {
-    pub(super) fn closest(bvh: &Bvh, packets: &[Packet], hits: &mut [Hits]) = closest_kernel
+    pub(super) fn closest(boxes: &Hierarchy, packets: &[Packet], hits: &mut [Hits]) = closest_kernel
 }
 
 multiversion! {
-    pub(super) fn blocked(bvh: &Bvh, packets: &[Packet], blocked: &mut [u16]) = blocked_kernel
+    pub(super) fn blocked(boxes: &Hierarchy, packets: &[Packet], blocked: &mut [u16]) = blocked_kernel
 }
 
 #[inline(always)]
-fn closest_kernel(bvh: &Bvh, packets: &[Packet], hits: &mut [Hits]) {
+fn closest_kernel(boxes: &Hierarchy, packets: &[Packet], hits: &mut [Hits]) {
     let mut later = Later::EMPTY;
     for (packet, hits) in packets.iter().zip(hits) {
         *hits = Hits::NONE;
         let mut left = packet.lanes();
         while let Some(mut rays) = Rays::alike(packet, &mut left) {
             if rays.mixed {
-                rays.trace::<true, false>(bvh, &mut later);
+                rays.trace::<true, false>(boxes, &mut later);
             } else {
-                rays.trace::<false, false>(bvh, &mut later);
+                rays.trace::<false, false>(boxes, &mut later);
             }
             rays.write(hits);
         }
@@ -32,16 +35,16 @@ fn closest_kernel(bvh: &Bvh, packets: &[Packet], hits: &mut [Hits]) {
 }
 
 #[inline(always)]
-fn blocked_kernel(bvh: &Bvh, packets: &[Packet], blocked: &mut [u16]) {
+fn blocked_kernel(boxes: &Hierarchy, packets: &[Packet], blocked: &mut [u16]) {
     let mut later = Later::EMPTY;
     for (packet, blocked) in packets.iter().zip(blocked) {
         *blocked = 0;
         let mut left = packet.lanes();
         while let Some(mut rays) = Rays::alike(packet, &mut left) {
             if rays.mixed {
-                rays.trace::<true, true>(bvh, &mut later);
+                rays.trace::<true, true>(boxes, &mut later);
             } else {
-                rays.trace::<false, true>(bvh, &mut later);
+                rays.trace::<false, true>(boxes, &mut later);
             }
             for l in 0..LANES {
                 *blocked |= u16::from(rays.item[l] != NOTHING) << l;
@@ -68,19 +71,19 @@ impl Rays {
     /// Visits the boxes that rays enter before their best hit. Both children are tested at once:
     /// the second test then costs little, as it need not wait for the first to be decided.
     #[inline(always)]
-    fn trace<const MIXED: bool, const ANY: bool>(&mut self, bvh: &Bvh, later: &mut Later) {
+    fn trace<const MIXED: bool, const ANY: bool>(&mut self, boxes: &Hierarchy, later: &mut Later) {
         let mut at = 0;
         let mut top = 0;
         loop {
-            let node = &bvh.nodes[at as usize];
+            let node = &boxes.nodes[at as usize];
             if node.kind() >= INNER {
                 let backwards = self.backwards >> (node.kind() & 3) & 1;
                 let (near, far) = (node.first() + backwards, node.first() + 1 - backwards);
                 let mut from = [0.0; LANES];
-                let enters_near = self.enters::<MIXED>(&bvh.nodes[near as usize], &mut from);
+                let enters_near = self.enters::<MIXED>(&boxes.nodes[near as usize], &mut from);
                 let put = top % STACK;
                 let from = &mut later.from[put];
-                let enters_far = self.enters::<MIXED>(&bvh.nodes[far as usize], from);
+                let enters_far = self.enters::<MIXED>(&boxes.nodes[far as usize], from);
                 if enters_near {
                     later.node[put] = far;
                     top += usize::from(enters_far);
@@ -93,8 +96,8 @@ impl Rays {
                 }
             } else {
                 let first = node.first() as usize;
-                for triangle in &bvh.triangles[first..first + node.kind() as usize] {
-                    self.test::<ANY>(bvh, triangle);
+                for triangle in &boxes.triangles[first..first + node.kind() as usize] {
+                    self.test::<ANY>(boxes, triangle);
                 }
                 if ANY && self.best.iter().all(|&b| b == f32::NEG_INFINITY) {
                     return;

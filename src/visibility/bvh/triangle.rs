@@ -1,133 +1,25 @@
-//! One triangle against 16 rays.
-
-#![allow(clippy::needless_range_loop, reason = "loops over lanes, which become vectors")]
+//! A triangle, ready to be tested against rays.
 
 use glam::{DVec3, Vec3, dvec3};
 
-use super::rays::{Rays, max, min};
-use super::{Bvh, NOISE, NOTHING, ROUNDING, SLAB, Triangle};
-use crate::simd::LANES;
+use crate::visibility::ROUNDING;
 
-/// How a ray and the plane of a triangle meet.
-struct Meeting {
-    /// Whether they do within the edges.
-    inside: bool,
-    /// Twice the area of the drawing, negative for a back.
-    double_area: f32,
-    /// Distance to the plane.
-    distance: f32,
-    /// Half the distance along the ray between the two faces of the slab; negative for a back.
-    slab: f32,
-    /// Barycentric coordinates of corners b and c.
-    u: f32,
-    v: f32,
+/// A triangle, ready to be tested.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(align(16))]
+pub(super) struct Triangle {
+    /// x, y, z of corners a, b, c; then what [`SLAB`] and [`NOISE`] say.
+    pub(super) numbers: [f32; 11],
+    /// Index among the solid triangles.
+    pub(super) solid: u32,
 }
 
-impl Rays {
-    /// Draws a triangle for the ray in lane `l`, in `axes` of the drawing.
-    #[inline(always)]
-    fn meeting(&self, [x, y, z]: [usize; 3], n: &[f32; 11], l: usize) -> Meeting {
-        let ([sx, sy], [fx, fy]) = (&self.slope, &self.foot);
-        let (az, bz, cz) = (n[z], n[3 + z], n[6 + z]);
-        let ax = n[x] - (sx[l] * az + fx[l]);
-        let ay = n[y] - (sy[l] * az + fy[l]);
-        let bx = n[3 + x] - (sx[l] * bz + fx[l]);
-        let by = n[3 + y] - (sy[l] * bz + fy[l]);
-        let cx = n[6 + x] - (sx[l] * cz + fx[l]);
-        let cy = n[6 + y] - (sy[l] * cz + fy[l]);
-        let a = bx * cy - cx * by;
-        let b = cx * ay - ax * cy;
-        let c = ax * by - bx * ay;
-        let (least, most) = (min(min(a, b), c), max(max(a, b), c));
-        let double_area = (a + b) + c;
-        let inverse = 1.0 / double_area;
-        let along = ((a * az + b * bz) + c * cz) * inverse;
-        Meeting {
-            inside: ((least >= 0.0) | (most <= 0.0)) & (double_area != 0.0),
-            double_area,
-            distance: self.sense * along - self.start[l],
-            slab: n[SLAB] * inverse,
-            u: b * inverse,
-            v: c * inverse,
-        }
-    }
+/// Where in [`Triangle::numbers`] [`ROUNDING`] times twice the area is.
+pub(super) const SLAB: usize = 9;
 
-    /// Whether the ray in lane `l` meets a triangle before its best hit, and whether single
-    /// precision can tell.
-    #[inline(always)]
-    fn meets<const ANY: bool>(&self, m: &Meeting, triangle: &Triangle, l: usize) -> (bool, bool) {
-        let near = m.distance - m.slab;
-        let until = if ANY { m.distance + m.slab.abs() } else { near };
-        let met = m.inside
-            & (m.distance + m.slab > 0.0)
-            & (until < self.best[l])
-            & (self.own[l] != triangle.solid);
-        (met, (near > 0.0) & (m.double_area.abs() > triangle.numbers[NOISE]))
-    }
-
-    /// Makes a triangle the best hit of lane `l` if it is `met`.
-    #[inline(always)]
-    fn keep<const ANY: bool>(&mut self, met: bool, m: &Meeting, triangle: &Triangle, l: usize) {
-        let best = if ANY { f32::NEG_INFINITY } else { m.distance - m.slab };
-        let item = 2 * triangle.solid + u32::from(m.double_area < 0.0);
-        self.best[l] = if met { best } else { self.best[l] };
-        self.item[l] = if met { item } else { self.item[l] };
-        if !ANY {
-            self.u[l] = if met { m.u } else { self.u[l] };
-            self.v[l] = if met { m.v } else { self.v[l] };
-            self.distance[l] = if met { m.distance } else { self.distance[l] };
-        }
-    }
-
-    /// Tests a triangle against all rays.
-    #[inline(always)]
-    pub(super) fn test<const ANY: bool>(&mut self, bvh: &Bvh, triangle: &Triangle) {
-        let axes = self.axes;
-        // Never so: spares checking each index.
-        if axes[0] > 2 || axes[1] > 2 || axes[2] > 2 {
-            return;
-        }
-        let mut unclear = 0_u32;
-        for l in 0..LANES {
-            let m = self.meeting(axes, &triangle.numbers, l);
-            let (met, clear) = self.meets::<ANY>(&m, triangle, l);
-            unclear |= u32::from(met & !clear);
-            self.keep::<ANY>(met & clear, &m, triangle, l);
-        }
-        if unclear != 0 {
-            self.test_closely::<ANY>(bvh, triangle);
-        }
-    }
-
-    /// Tests a triangle that some rays begin on or see edge on: these do not meet what continues
-    /// the plane of their own.
-    #[cold]
-    #[inline(never)]
-    fn test_closely<const ANY: bool>(&mut self, bvh: &Bvh, triangle: &Triangle) {
-        for l in 0..LANES {
-            let m = self.meeting(self.axes, &triangle.numbers, l);
-            let (met, clear) = self.meets::<ANY>(&m, triangle, l);
-            let met = met && !clear && !bvh.continues(triangle, self.own[l]);
-            self.keep::<ANY>(met, &m, triangle, l);
-        }
-    }
-}
-
-/// Normals with a smaller sine between them are those of one plane: single precision turns those of
-/// small triangles by as much.
-const PARALLEL: f64 = 1e-3;
-
-impl Bvh {
-    /// Whether a triangle is parallel to the solid triangle `own` and faces the same way.
-    fn continues(&self, triangle: &Triangle, own: u32) -> bool {
-        let place = self.place.get(own as usize).map_or(NOTHING, |&p| p);
-        self.triangles.get(place as usize).is_some_and(|own| {
-            let (m, n) = (own.normal(), triangle.normal());
-            let along = m.dot(n);
-            along > 0.0 && m.cross(n).length() <= PARALLEL * along
-        })
-    }
-}
+/// Where in [`Triangle::numbers`] 16 times [`ROUNDING`] times the perimeter is: twice the area of a
+/// drawing may be rounding noise below that, and the triangle is seen edge on.
+pub(super) const NOISE: usize = 10;
 
 impl Triangle {
     /// Triangle number `solid` with these corners.
@@ -145,7 +37,7 @@ impl Triangle {
     }
 
     /// Normal, as long as twice the area.
-    fn normal(&self) -> DVec3 {
+    pub(super) fn normal(&self) -> DVec3 {
         let [ax, ay, az, bx, by, bz, cx, cy, cz, ..] = self.numbers.map(f64::from);
         let (a, b, c) = (dvec3(ax, ay, az), dvec3(bx, by, bz), dvec3(cx, cy, cz));
         (b - a).cross(c - a)

@@ -5,24 +5,12 @@
 //! (the end of a line lies within them) are split further, and the smallest go to whom their middle
 //! belongs.
 
-use std::collections::HashMap;
-
 use glam::DVec2;
 
-use super::{Cell, PatchId, Patches, SurfacePoint, side_index};
-
-/// The parts of patches that are not just their cells. One that has no area left stays its cell.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Parts(HashMap<PatchId, Vec<Part>>);
-
-/// A triangle that belongs to a patch.
-#[derive(Debug, Clone, Copy)]
-struct Part {
-    /// Corners in the coordinates of the source triangle, in its winding.
-    uv: [DVec2; 3],
-    /// Sum of the areas of the parts up to this one, in units of twice that of the source triangle.
-    upto: f64,
-}
+use super::cell::Cell;
+use super::fragments::{Fragment, Fragments};
+use super::mesh::Patches;
+use super::point::{PatchId, SurfacePoint, side_index};
 
 /// Parts of several owners are split so often.
 const SPLITS: u32 = 4;
@@ -46,18 +34,18 @@ impl Patches {
     pub fn own_area(&self, id: PatchId) -> f64 {
         let Some([.., last]) = self.parts_of(id) else { return self.area(id) };
         let cells = f64::from(self.cell(id).strips()).powi(2);
-        2.0 * last.upto * cells * self.area(id)
+        2.0 * last.up_to * cells * self.area(id)
     }
 
     /// The point of what belongs to a patch with coordinates `u` in the unit square, uniform in area.
     #[must_use]
     pub fn sample_own(&self, id: PatchId, u: DVec2) -> SurfacePoint {
         let Some(parts @ [.., last]) = self.parts_of(id) else { return self.sample(id, u) };
-        let at = u.x * last.upto;
-        let k = parts.partition_point(|p| p.upto <= at).min(parts.len() - 1);
-        let before = if k > 0 { parts[k - 1].upto } else { 0.0 };
-        let Part { uv: [a, b, c], upto } = parts[k];
-        let s = ((at - before) / (upto - before)).clamp(0.0, 1.0).sqrt();
+        let at = u.x * last.up_to;
+        let k = parts.partition_point(|p| p.up_to <= at).min(parts.len() - 1);
+        let before = if k > 0 { parts[k - 1].up_to } else { 0.0 };
+        let Fragment { uv: [a, b, c], up_to } = parts[k];
+        let s = ((at - before) / (up_to - before)).clamp(0.0, 1.0).sqrt();
         let uv = a * (1.0 - s) + b * (s * (1.0 - u.y)) + c * (s * u.y);
         let cell = self.cell(id);
         SurfacePoint { triangle: cell.triangle, side: cell.side, uv }
@@ -68,8 +56,8 @@ impl Patches {
         self.parts_of(id).is_some()
     }
 
-    fn parts_of(&self, id: PatchId) -> Option<&[Part]> {
-        self.parts.get_or_init(|| Parts::find(self)).0.get(&id).map(|p| &p[..])
+    fn parts_of(&self, id: PatchId) -> Option<&[Fragment]> {
+        self.fragments.get_or_init(|| find(self)).0.get(&id).map(|p| &p[..])
     }
 
     /// Whether some points in the cell of a patch may belong to others.
@@ -89,33 +77,32 @@ impl Patches {
     }
 }
 
-impl Parts {
-    fn find(patches: &Patches) -> Self {
-        let mut me = Self::default();
-        let mut add = |owner: PatchId, uv: [DVec2; 3]| {
-            let parts = me.0.entry(owner).or_default();
-            let [a, b, c] = uv;
-            let before = parts.last().map_or(0.0, |p| p.upto);
-            let area = 0.5 * (b - a).perp_dot(c - a);
-            if area > 0.0 {
-                parts.push(Part { uv, upto: before + area });
-            }
-        };
-        let shared: Vec<PatchId> = patches.ids().filter(|&id| patches.may_share(id)).collect();
-        let mut others = Vec::new();
-        for id in shared {
-            share_out(patches, &patches.cell(id), |owner, uv| {
-                if !patches.may_share(owner) {
-                    others.push(owner);
-                }
-                add(owner, uv);
-            });
+/// The fragments of all patches that contact lines part.
+fn find(patches: &Patches) -> Fragments {
+    let mut me = Fragments::default();
+    let mut add = |owner: PatchId, uv: [DVec2; 3]| {
+        let parts = me.0.entry(owner).or_default();
+        let [a, b, c] = uv;
+        let before = parts.last().map_or(0.0, |p| p.up_to);
+        let area = 0.5 * (b - a).perp_dot(c - a);
+        if area > 0.0 {
+            parts.push(Fragment { uv, up_to: before + area });
         }
-        others.sort_unstable();
-        others.dedup();
-        others.into_iter().for_each(|id| add(id, outline(&patches.cell(id))));
-        me
+    };
+    let shared: Vec<PatchId> = patches.ids().filter(|&id| patches.may_share(id)).collect();
+    let mut others = Vec::new();
+    for id in shared {
+        share_out(patches, &patches.cell(id), |owner, uv| {
+            if !patches.may_share(owner) {
+                others.push(owner);
+            }
+            add(owner, uv);
+        });
     }
+    others.sort_unstable();
+    others.dedup();
+    others.into_iter().for_each(|id| add(id, outline(&patches.cell(id))));
+    me
 }
 
 fn outline(cell: &Cell) -> [DVec2; 3] {
