@@ -1,22 +1,22 @@
 //! Classical radiosity: every pair of patches, its visibility tested against every patch; O(n³).
 //!
 //! The baseline that Kulyasov & Nikulin (2012) measure hemicubes against, step 2 of the classical
-//! algorithm (Goral, Torrance, Greenberg & Battaile 1984, "Modeling the interaction of light between
-//! diffuse surfaces"). For each pair of patches:
+//! algorithm (Goral, Torrance, Greenberg & Battaile 1984, "Modeling the interaction of light
+//! between diffuse surfaces"). For each pair of patches:
 //!
 //! ```text
 //! F_ij = V_ij × (Lambert's form factor from the centre of i to all of j)
 //! ```
 //!
-//! V_ij = 1 if each centre lies in front of the other patch's plane and no patch of the scene blocks
-//! the segment between the centres, else 0. It is plain on purpose, no acceleration structure, but
-//! not slow: rows in parallel, 16 triangles at a time, up to the first blocker, and one V for both
-//! F_ij and F_ji.
+//! V_ij = 1 if each centre lies in front of the other patch's plane and no patch of the scene
+//! blocks the segment between the centres, else 0. It is plain on purpose, no acceleration
+//! structure, but not slow: rows in parallel, 16 triangles at a time, up to the first blocker, and
+//! one V for both F_ij and F_ji.
 //!
 //! # What a row does not know
 //! A pair is visible or not as a whole and the centre stands for all of i, so rows do not sum to
-//! one, not even in a closed scene: `lost` is 1 - Σ_j F_ij and may be negative. What escapes or ends
-//! on backs is not told apart from it: `environment` and `back` are 0, so this engine knows no
+//! one, not even in a closed scene: `lost` is 1 - Σ_j F_ij and may be negative. What escapes or
+//! ends on backs is not told apart from it: `environment` and `back` are 0, so this engine knows no
 //! sky and no covered patches.
 //!
 //! # Deviations
@@ -135,7 +135,8 @@ impl Classical {
         self.patches.iter().zip(0..).filter(|(to, _)| self.face(from, to)).map(|(_, j)| j)
     }
 
-    /// What patch `i` sees of all that face it and of which `unknown` says to find out, a bit a patch.
+    /// What patch `i` sees of all that face it and of which `unknown` says to find out, a bit a
+    /// patch.
     fn look(&self, i: u32, unknown: impl Fn(u32) -> bool, scratch: &mut Scratch) -> Box<[u64]> {
         let Scratch { sight, asked, ends, blocked } = scratch;
         asked.clear();

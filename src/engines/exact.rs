@@ -41,9 +41,10 @@
 //! for it. What then is left is `lost`, and may be negative: the error of the row.
 //!
 //! # Deviations
-//! - Far pairs behind crowds of small blockers (`shadow_rays`) get few shadow rays, whose points are
-//!   uniform and not weighted by the kernel; pairs whose first rays, and those of their neighbours,
-//!   all agree are not looked at again, so faint half-shadows lean towards all or nothing.
+//! - Far pairs behind crowds of small blockers (`shadow_rays`) get few shadow rays, whose points
+//!   are uniform and not weighted by the kernel; pairs whose first rays, and those of their
+//!   neighbours, all agree are not looked at again, so faint half-shadows lean towards all or
+//!   nothing.
 
 mod blockers;
 mod budget;

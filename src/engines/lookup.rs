@@ -84,8 +84,8 @@ impl<'a> Lookups<'a> {
     }
 }
 
-/// Index of the patch in a grid of `n` strips where barycentric coordinates are proportional to `f0`,
-/// `f1`, `f2`; the twin in single precision of the look-up in [`Patches`]. Always below n².
+/// Index of the patch in a grid of `n` strips where barycentric coordinates are proportional to
+/// `f0`, `f1`, `f2`; the twin in single precision of the look-up in [`Patches`]. Always below n².
 #[inline(always)]
 pub(super) fn index_in_grid(n: f32, f0: f32, f1: f32, f2: f32) -> u32 {
     let scale = n / (f0 + f1 + f2);

@@ -48,7 +48,8 @@ impl EngineOptions {
             Self::Hemicube(options) => Box::new(Hemicube::new(geometry, patches, options)?),
             #[cfg(feature = "gpu")]
             Self::HemicubeGpu(options) => {
-                /// Rows under way on the device take at most this, and a quarter of what is allowed.
+                /// Rows under way on the device take at most this, and a quarter of what is
+                /// allowed.
                 const UNDER_WAY: u64 = 1 << 30;
                 let memory = UNDER_WAY.min(memory / 4);
                 Box::new(HemicubeGpu::new(geometry, patches, options, memory)?)

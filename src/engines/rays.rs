@@ -3,9 +3,9 @@
 //!
 //! A form factor is the mean of what a patch's points see, weighted by the cosine: rays that begin
 //! anywhere on the patch, uniformly in area, and go anywhere with a density proportional to the
-//! cosine, all have the same weight. A row is a list of what they hit, in two halves that know nothing
-//! of each other (`sampling.rs` says which rays they are). The rows of some patches are made
-//! together: neighbours, as a rule, whose rays in one direction pass the same boxes.
+//! cosine, all have the same weight. A row is a list of what they hit, in two halves that know
+//! nothing of each other (`sampling.rs` says which rays they are). The rows of some patches are
+//! made together: neighbours, as a rule, whose rays in one direction pass the same boxes.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -141,8 +141,8 @@ impl Engine for Rays<'_> {
     }
 }
 
-/// How many patches share packets, so that rays of one begin about as far apart as they end: many if
-/// patches are small beside what `rays` from one of them leave between each other.
+/// How many patches share packets, so that rays of one begin about as far apart as they end: many
+/// if patches are small beside what `rays` from one of them leave between each other.
 fn sets_together(patches: &Patches, bvh: &Bvh, rays: usize) -> usize {
     let area: f64 = patches.ids().map(|i| patches.area(i)).sum();
     let apart = bvh.scale() * (LANES as f64 * patches.len() as f64 / (rays as f64 * area)).sqrt();

@@ -1,12 +1,12 @@
 //! Where rays begin and go: points of an area and directions, some sets of them at a time.
 //!
 //! Points come from a Sobol' sequence in four dimensions, scrambled as Owen (1995) does, which
-//! fills them evenly: the error falls nearly as 1/N instead of 1/√N. Two of them are the direction; N
-//! points, a power of two, have one in each of N equal cells of its unit square ((0,2)-sequences,
-//! Niederreiter 1987). Cells are sorted along a curve of Morton's. A set makes the points its own by
-//! exclusive or with random bits (a digital shift): of the area in all places, of the direction only
-//! within its cell. So all sets have one ray in each cell, whichever it is, and packets of rays from
-//! neighbouring sets through neighbouring cells go nearly alike.
+//! fills them evenly: the error falls nearly as 1/N instead of 1/√N. Two of them are the direction;
+//! N points, a power of two, have one in each of N equal cells of its unit square ((0,2)-sequences,
+//! Niederreiter 1987). Cells are sorted along a curve of Morton's. A set makes the points its own
+//! by exclusive or with random bits (a digital shift): of the area in all places, of the direction
+//! only within its cell. So all sets have one ray in each cell, whichever it is, and packets of
+//! rays from neighbouring sets through neighbouring cells go nearly alike.
 
 use std::ops::{Mul, Range, Sub};
 
@@ -34,8 +34,8 @@ pub(crate) struct Table {
 }
 
 impl Table {
-    /// Of so many points for each set, rounded up to a power of two of at least [`LANES`]; `sets`, a
-    /// power of two up to [`LANES`], share a packet.
+    /// Of so many points for each set, rounded up to a power of two of at least [`LANES`]; `sets`,
+    /// a power of two up to [`LANES`], share a packet.
     pub fn new(points: usize, seed: u32, sets: usize) -> Self {
         let count = points.max(LANES).next_power_of_two();
         let mut points: Vec<[u32; 4]> = (0..count as u32)
@@ -177,8 +177,8 @@ impl Starts {
         }
     }
 
-    /// Where on its area, in the unit square, the ray of a lane begins; and where it goes, about the
-    /// third axis.
+    /// Where on its area, in the unit square, the ray of a lane begins; and where it goes, about
+    /// the third axis.
     pub fn point(&self, points: &[[u32; LANES]; 4], l: usize) -> ([f32; 2], Vec3) {
         let [x, y, p, q] = points.map(|bits| bits[l]);
         let place = [unit(p ^ self.area[0][l]), unit(q ^ self.area[1][l])];
@@ -188,7 +188,8 @@ impl Starts {
 }
 
 multiversion! {
-    pub(crate) fn aim(points: &[[[u32; LANES]; 4]], starts: &Starts, packets: &mut [Packet]) = aim_kernel
+    pub(crate) fn aim(points: &[[[u32; LANES]; 4]], starts: &Starts, packets: &mut [Packet])
+        = aim_kernel
 }
 
 /// Fills in packets.

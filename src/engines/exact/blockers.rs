@@ -16,7 +16,7 @@ use crate::patches::Sets;
 use crate::scene::edges::{EdgeUse, edge_uses, shared};
 use crate::scene::{Geometry, Side};
 
-/// A convex polygon that blocks.
+/// The number of a blocker.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct BlockerId(pub u32);
 
@@ -26,7 +26,7 @@ impl BlockerId {
     }
 }
 
-/// A closed convex body.
+/// The number of a closed convex body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct BodyId(pub u32);
 
@@ -35,7 +35,7 @@ pub(super) struct BodyId(pub u32);
 pub(super) struct Blocker {
     /// Unit normal of the front.
     pub normal: DVec3,
-    /// A point of the plane is so far along the normal.
+    /// Distance of the plane from the origin, along the normal.
     pub offset: f64,
     /// Counter-clockwise about the normal.
     pub corners: Vec<DVec3>,
@@ -125,7 +125,7 @@ impl Blockers {
         for [a, b] in shared(uses).filter_map(joined) {
             sets.join(a.triangle.0, b.triangle.0);
         }
-        // Edges that no neighbour closes.
+        // Edges without a neighbour.
         let mut rims: HashMap<u32, Vec<DVec3>> = HashMap::new();
         for u in shared(uses).filter(|u| joined(u).is_none()).flatten() {
             let c = geometry.corners(u.triangle);
@@ -147,9 +147,10 @@ impl Blockers {
         }
     }
 
-    /// The body that faces bound, if it is convex and closed, or open only where it stands.
+    /// The body that faces bound, if it is convex, and closed or open only where it stands on a
+    /// polygon.
     fn body(&self, faces: &[(u32, BlockerId)], rim: &[DVec3], coplanar: f64) -> Option<Body> {
-        /// Larger bodies are not looked at: every face is held against every corner.
+        /// The test takes every face with every corner: larger bodies are left out.
         const MOST_FACES: usize = 4096;
         if !(3..=MOST_FACES).contains(&faces.len()) {
             return None;

@@ -1,5 +1,4 @@
-//! How many shadow rays the error asked for takes: what some rows err by with the usual number
-//! tells.
+//! How many shadow rays the error asked for takes, estimated from the error of some rows.
 
 use rayon::prelude::*;
 
@@ -8,9 +7,9 @@ use super::places::{Place, Wanted};
 use super::tally::{down, unfixed};
 use crate::patches::PatchId;
 
-/// How many times more rays than usual, or fewer, pairs need for the error asked for.
+/// The number of rays that pairs need for the error asked for, over the usual one.
 pub(super) fn ray_scale(pairs: &Pairs<'_>) -> f64 {
-    /// Rows that are tried: one in so many, and at most these.
+    /// One row in this many is tried, but not more than the latter.
     const ONE_OF: usize = 64;
     const MOST_ROWS: usize = 32;
     /// The error of stratified rays falls as this power of their number, about.

@@ -1,4 +1,4 @@
-//! What of a blocker lies between the two polygons of a pair.
+//! Blockers clipped to the space between the two polygons of a pair.
 
 use glam::DVec3;
 
@@ -16,7 +16,7 @@ pub(super) struct ClippedBlocker {
     pub normal: DVec3,
     /// Blockers of one group never overlap.
     pub group: u32,
-    /// Whether it hides only from what is in front of it.
+    /// Whether it blocks only what enters by its front.
     pub one_sided: bool,
     /// How much it has been found to hide.
     pub hides: f64,
@@ -36,11 +36,11 @@ impl ClippedBlocker {
     }
 }
 
-/// A polygon clipped once, and twice; reused.
+/// A polygon clipped by one plane, and by both; reused.
 #[derive(Debug, Default)]
 pub(super) struct ClipBuffers([Vec<DVec3>; 2]);
 
-/// What of a blocker lies between the polygons, if anything may.
+/// The part of a blocker that lies between the polygons; `None` if it cannot hide anything.
 pub(super) fn clip(
     pair: &Pair<'_>,
     id: BlockerId,

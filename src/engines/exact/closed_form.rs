@@ -30,7 +30,7 @@ const SPLITS: u32 = 2;
 /// replaced by those of the triangle's quarters.
 const SPREAD: f64 = 0.2;
 
-/// How often at most that is done, and how often the far triangle is split.
+/// How often at most that happens, and how often the far triangle is split.
 const FINER: u32 = 6;
 const CLEARER: u32 = 4;
 

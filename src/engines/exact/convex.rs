@@ -1,5 +1,5 @@
 //! Solid triangles joined to convex polygons where they lie in one plane: a wall of a thousand
-//! triangles blocks as one rectangle, and one look tells that it hides all that is behind it.
+//! triangles is one rectangle, and a single test tells that it hides all that is behind it.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -9,14 +9,14 @@ use crate::patches::Sets;
 use crate::scene::edges::{EdgeUse, shared};
 use crate::scene::{Geometry, Side, TriangleId};
 
-/// Polygons with more corners stay apart: kernels have room for so many.
+/// Triangles are not joined to polygons with more corners: kernels have no room for them.
 pub(super) const MOST_CORNERS: usize = 12;
 
-/// The area of a convex union may differ from the sum of its members' by this fraction of it.
+/// A union is convex if its hull is larger by at most this fraction of its area.
 const AREA: f64 = 1e-7;
 
-/// The two uses of an edge where one surface goes on: they run opposite ways, and nothing else is
-/// there.
+/// The two uses of an edge by neighbours on one surface: they run opposite ways, and no third
+/// triangle is there.
 pub(super) fn joined(uses: &[EdgeUse]) -> Option<[&EdgeUse; 2]> {
     match uses {
         [a, b] if a.reversed != b.reversed && a.triangle != b.triangle => Some([a, b]),
@@ -55,7 +55,7 @@ pub(super) fn convex_polygons(
     polygons
 }
 
-/// For each solid triangle the first of those of its plane that it is connected with.
+/// For each solid triangle the first one of its region: connected triangles of one plane.
 fn flat_regions(geometry: &Geometry, uses: &[EdgeUse], coplanar: f64) -> Vec<Option<TriangleId>> {
     let mut next_to: Vec<Vec<TriangleId>> = vec![Vec::new(); geometry.len()];
     for [a, b] in shared(uses).filter_map(joined) {

@@ -1,23 +1,23 @@
-//! How much work a pair deserves: the more, the larger its factor is among all, and the smaller the
-//! error asked for.
+//! How much work a pair deserves: more if its factor is large, and if the error asked for is small.
 //!
-//! Factors are here in units of the root-mean-square factor of the scene.
+//! Here, factors are in units of the root-mean-square factor of the scene.
 
 use super::samples::MOST_RAYS;
 
-/// More blockers are a crowd.
+/// More blockers than this are a crowd.
 pub(super) const CROWD: usize = 64;
 
-/// Crowds are not sorted out any further between so many pairs of patches.
+/// A crowd between no more pairs of patches than this is left to rays.
 const FEW_PAIRS: usize = 64;
 
-/// Sorting out one blocker takes as long as so many shadow rays. It is worth that for up to as many
-/// rays as pairs of the latter factor get.
+/// Sorting out one blocker takes as long as this many shadow rays.
 const SORTING: f64 = 64.0;
+
+/// Sorting out is worth at most the rays that pairs of this factor get.
 const WORTH_SORTING: f64 = 0.1;
 
-/// A pair is left to rays if their number is not more than its blockers and this: clipping is
-/// exact.
+/// Clipping a pair takes as long as this many rays more than it has blockers. If it deserves no
+/// more rays than that, it gets rays.
 const CLIPPING: u32 = 4;
 
 /// Shadow rays of a pair of the root-mean-square factor at the error 1e-3. Rays are stratified:
@@ -29,12 +29,12 @@ const RAYS_BY_ERROR: f64 = 1.5;
 /// the error asked for: the far rule errs by some percent of it.
 const STRADDLING: f64 = 100.0;
 
-/// How pairs are weighed.
+/// What work depends on.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Effort {
     /// Root-mean-square error that is worked towards, over the root-mean-square factor.
     pub error: f64,
-    /// How many times more rays than usual pairs get.
+    /// The number of rays over the usual one.
     pub scale: f64,
 }
 
@@ -45,12 +45,12 @@ impl Effort {
         rays.clamp(1.0, MOST_RAYS as f64) as u32
     }
 
-    /// Shadow rays of a pair that usually deserves so many.
+    /// Shadow rays of a pair that deserves `usual` ones, to reach the error.
     pub fn rays(self, usual: u32) -> u32 {
         (self.scale * f64::from(usual)).clamp(1.0, MOST_RAYS as f64) as u32
     }
 
-    /// How much finer than usual a pair is to be sampled that is looked at on its own.
+    /// How much finer than usual a pair evaluated on its own is to be sampled.
     pub fn sampling(self, factor: f64) -> f64 {
         0.5 * factor * (1e-3 / self.error)
     }
@@ -60,8 +60,8 @@ impl Effort {
         factor <= STRADDLING * self.error
     }
 
-    /// Whether rays tell sooner than sorting out so many blockers between some pairs that have a
-    /// factor of about `factor`.
+    /// Whether rays take less time than sorting out this many blockers between some pairs whose
+    /// factor is about `factor`.
     pub fn is_crowd(self, blockers: usize, pairs: usize, factor: f64) -> bool {
         let rays = self.usual_rays(factor.min(WORTH_SORTING));
         let never_clipped = blockers > CROWD && pairs <= FEW_PAIRS;
@@ -69,7 +69,7 @@ impl Effort {
     }
 }
 
-/// Whether so many rays tell sooner than clipping so many blockers; `None` for a crowd of them.
+/// Whether this many rays take less time than clipping this many blockers; `None` for a crowd.
 pub(super) fn left_to_rays(blockers: Option<usize>, rays: u32) -> bool {
     blockers.is_none_or(|count| count > 0 && rays <= CLIPPING + count as u32)
 }

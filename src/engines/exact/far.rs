@@ -28,28 +28,28 @@ const POWER: f64 = 0.25;
 /// Heights below this are noise of single precision, in units of the scene's radius.
 const NOISE: f32 = 1e-6;
 
-/// Fraction of a corner's height that its point of the rule has at least.
+/// The least height of a point of the rule, as a fraction of its corner's height.
 const TIP: f32 = 1e-3;
 
-/// Marks what is to be looked at on its own.
+/// Marks pairs that need another method.
 pub(super) const CLOSELY: f32 = f32::NEG_INFINITY;
 
 /// Patches in the order of the tree, in units of the scene's radius about its centre.
 #[derive(Debug, Default)]
 pub(super) struct FarPatches {
-    /// Each patch, or what stands for its pieces.
+    /// Each patch, or the triangle that stands for its pieces.
     triangles: Triangles,
     /// Infinite where nothing can stand for a patch.
     radius: Vec<f32>,
     area: Vec<f32>,
     /// 1 where the triangle stands for several pieces, which reach beyond it, else 0.
     several: Vec<f32>,
-    /// From so many sums of radii on the rule serves.
+    /// The rule is good enough from this many sums of radii on.
     far: f32,
 }
 
 impl FarPatches {
-    /// None yet, for factors that may err by `error`.
+    /// No patches yet; factors may err by `error`.
     pub fn new(error: f64) -> Self {
         let far = (FAR * (1e-3 / error).max(1.0).powf(POWER)) as f32;
         Self { far, ..Self::default() }
@@ -68,7 +68,7 @@ impl FarPatches {
         self.area.push(area as f32);
     }
 
-    /// Adds what kernels may read beyond the last.
+    /// Adds padding for kernels that read beyond the last.
     pub fn pad(&mut self) {
         self.triangles.pad();
         [&mut self.radius, &mut self.area, &mut self.several].into_iter().for_each(pad);
@@ -154,7 +154,7 @@ fn exchange_kernel(patches: &FarPatches, row: Place, from: Place, out: &mut [Lan
             let s = area * areas[l] * height * ((g0 * s0 + g1 * s1) + g2 * s2) / all;
             let odd = (radius == f32::INFINITY) | (radii[l] == f32::INFINITY);
             let s = if whole { s } else { -s };
-            // Near the horizon double precision tells whether there is anything.
+            // Near the horizon only double precision tells whether a corner is above.
             let clear = far & (h_high > 32.0 * NOISE) & (g_high > 32.0 * NOISE);
             let maybe = (h_high > -NOISE) & (g_high > -NOISE);
             let s = if clear { s } else { CLOSELY };
@@ -165,7 +165,7 @@ fn exchange_kernel(patches: &FarPatches, row: Place, from: Place, out: &mut [Lan
     }
 }
 
-/// The mean over a triangle of what is positive of heights, from those of its corners.
+/// The mean of the positive part of a height over a triangle, from the heights of its corners.
 #[inline(always)]
 fn above(a: f32, b: f32, c: f32) -> f32 {
     let (low, high) = (min(min(a, b), c), max(max(a, b), c));

@@ -161,7 +161,7 @@ fn rows(pairs: &Pairs<'_>, accounts: &Accounts<'_>, tile: TileId, upper: &[Colum
     }
     let ids = tree.patches(own).to_vec();
     let mut block = RowBlock { ids, starts: vec![0], ..RowBlock::default() };
-    // One more: `entries` writes one beyond the last.
+    // One more, as `entries` writes one beyond the last.
     block.columns.reserve_exact(count + 1);
     let mut weights = Vec::with_capacity(count + 1);
     let mut rays = Row::default();

@@ -26,7 +26,7 @@ const COPLANAR: f64 = 1e-10;
 /// Blockers within this fraction of the scene's radius touch.
 const TOUCHING: f64 = 0.1 * ROUNDING;
 
-/// A scene made ready.
+/// A scene prepared for the engine.
 pub(super) struct Model<'a> {
     pub bvh: &'a Bvh,
     pub tree: Tree,
@@ -42,7 +42,7 @@ pub(super) struct Model<'a> {
     /// Rows spread over the hierarchy, and the sum of the squares of the factors of each, with
     /// nothing in the way.
     pub sampled_rows: Vec<(Place, f64)>,
-    /// Points that all shadow rays draw from.
+    /// The points of all shadow rays.
     pub samples: Vec<[f32; 4]>,
     pieces: Vec<Piece>,
     /// Where the pieces of each patch begin, in the order of the tree, and where the last end.
@@ -142,7 +142,7 @@ impl<'a> Model<'a> {
         let sum: f64 = self.sampled_rows.iter().map(|row| row.1).sum();
         match sum > 0.0 {
             true => (sum / (self.sampled_rows.len() * self.len()) as f64).sqrt(),
-            // No patch sees any other: as if each saw all others alike.
+            // No patch sees any other: as if each saw all others equally.
             false => 1.0 / self.len().max(1) as f64,
         }
     }
@@ -189,7 +189,7 @@ impl<'a> Model<'a> {
         self.pieces(at).len() == 1
     }
 
-    /// A piece of a patch, as likely as it is large if `u` is uniform in 0..1.
+    /// A piece of a patch, with a probability proportional to its area if `u` is uniform in 0..1.
     pub fn piece_at(&self, at: Place, u: f64) -> PieceId {
         let (first, pieces) = (self.starts[at.index()], self.pieces(at));
         if pieces.len() < 2 {
@@ -208,7 +208,7 @@ impl<'a> Model<'a> {
         &self.pieces[id.0 as usize]
     }
 
-    /// Bytes of memory that it takes, about.
+    /// About how many bytes of memory it takes.
     pub fn bytes(&self) -> u64 {
         let pieces = self.pieces.len() * (size_of::<Piece>() + 60);
         let nodes = self.tree.nodes.len() * size_of::<Node>();
@@ -225,7 +225,7 @@ fn hierarchy(of_patches: &[Vec<Fragment>], touching: f64) -> Tree {
     Tree::new(&extents, |id| &corners[id.index()], touching)
 }
 
-/// The bodies that any of some pieces is inside of.
+/// The bodies that at least one of the pieces is inside of.
 fn inside_any(pieces: &[Piece]) -> Vec<BodyId> {
     let mut inside: Vec<BodyId> = pieces.iter().flat_map(|p| p.inside.iter().copied()).collect();
     inside.sort_unstable();

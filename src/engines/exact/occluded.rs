@@ -19,7 +19,7 @@ use super::convex;
 use crate::simd::{LANES, multiversion};
 use crate::visibility::Lanes;
 
-/// A blocker that two planes have clipped has at most so many corners.
+/// Most corners of a blocker that two planes have clipped.
 pub(super) const MOST_CORNERS: usize = convex::MOST_CORNERS + 2;
 
 /// Where points look: a triangle, its unit normal, and the kernel towards its corners.

@@ -1,5 +1,5 @@
-//! Places in the order of the hierarchy, which neither are ids of patches nor mix with those of
-//! nodes and tiles.
+//! Places in the order of the hierarchy. Ids of patches, nodes and tiles are of other types, so
+//! that they cannot be mixed up.
 
 use std::ops::Range;
 
@@ -15,7 +15,7 @@ pub(super) struct NodeId(pub u32);
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct TileId(pub u32);
 
-/// Neighbours in the hierarchy that are in doubt together: so many in a group.
+/// Places in a group. Shadow rays to one group are in doubt together (`shadow_rays`).
 const GROUP: u32 = 16;
 
 impl Place {
@@ -83,7 +83,7 @@ impl Places {
         (at.0 - self.from) as usize
     }
 
-    /// The runs of their groups, from the first to the last place's.
+    /// From the group of the first place to that of the last.
     pub fn groups(self) -> Self {
         let last = Place(self.to.max(self.from + 1) - 1);
         Self { from: self.first().group().from, to: last.group().to }

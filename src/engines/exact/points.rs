@@ -7,7 +7,7 @@ use crate::engines::sampling::on_triangle;
 
 /// A polygon as triangles, to draw points of it.
 pub(super) struct Area {
-    /// m².
+    /// In m².
     pub area: f64,
     /// Corner and two edges of each.
     triangles: [[DVec3; 3]; 3],
@@ -65,7 +65,7 @@ pub(super) fn point_by_angle(q: &Polygon, x: DVec3, u: f64, v: f64) -> Option<(D
     t.is_finite().then_some((x + d * t, total))
 }
 
-/// A triangle as it appears from a point.
+/// A triangle seen from a point, as a spherical triangle.
 #[derive(Debug, Clone, Copy)]
 struct Apparent {
     /// Unit directions to the corners.
@@ -88,7 +88,7 @@ impl Apparent {
         let inner = |from: DVec3, to: DVec3| (-from).cross(to).length().atan2(-from.dot(to));
         let alpha = inner(ca, ab);
         let (sine, cosine) = alpha.sin_cos();
-        // Van Oosterom & Strackee (1983): exact for small ones, too.
+        // Van Oosterom & Strackee (1983): accurate for small triangles, too.
         let volume = a.dot(bc).abs();
         let angle = 2.0 * volume.atan2(1.0 + a.dot(b) + b.dot(c) + c.dot(a));
         let fine = angle > 1e-9 && sine > 0.0;

@@ -11,7 +11,7 @@ pub(super) struct Polygon {
     len: usize,
 }
 
-/// A triangle that two planes have cut has at most so many.
+/// Most corners of a triangle that two planes have cut.
 const MOST_CORNERS: usize = 5;
 
 impl Polygon {

@@ -11,15 +11,14 @@ use crate::patches::{PatchId, Patches};
 use crate::scene::Geometry;
 use crate::visibility::Bvh;
 
-/// Rays that tell where the rest of a row ends: first so many, and more if they leave some of it
-/// open.
+/// Rays that tell where the rest of a row ends: at first, and if some of it is then still open.
 const RAYS: [usize; 2] = [256, 4096];
 
 /// The rest of a row may exceed what rays find by this, and by three times their standard error,
 /// before it is `lost`.
 const ERROR: f64 = 1e-3;
 
-/// Finds out where what the factors of a row leave of 1 ends.
+/// Finds out where the rest of a row ends: 1 less the sum of its factors.
 pub(super) struct Accounts<'a>([Rays<'a>; 2]);
 
 impl<'a> Accounts<'a> {
@@ -68,7 +67,7 @@ pub(super) fn make(pairs: &Pairs<'_>, accounts: &Accounts<'_>, ids: &[PatchId], 
     });
 }
 
-/// Appends the columns and form factors of a patch that exchanges so much with each.
+/// Appends the columns and form factors of a patch, from what it exchanges with each.
 pub(super) fn entries(
     model: &Model<'_>,
     id: PatchId,

@@ -1,5 +1,5 @@
-//! What lies between two groups of patches: nothing, something that hides all, or something to look
-//! at more closely.
+//! What lies between two groups of patches: nothing, something that hides everything, or something
+//! that needs a closer look.
 //!
 //! A shaft is the convex hull of two boxes (Haines & Wallace 1991, "Shaft culling for efficient
 //! ray-traced radiosity"); what is outside blocks nothing between them. For what is inside,
@@ -10,8 +10,7 @@
 //! (q₀ - x) × (q₁ - x) · (y - x)
 //! ```
 //!
-//! which is linear in x and in y (Plücker), so that the corners of two convex sets speak for all of
-//! their points.
+//! which is linear in x and in y (Plücker): it is enough to test the corners of two convex sets.
 
 use glam::DVec3;
 
@@ -61,7 +60,7 @@ impl Shaft {
         }
     }
 
-    /// Whether a box is outside for certain.
+    /// Whether a box is certainly outside.
     pub fn misses_box(&self, low: DVec3, high: DVec3) -> bool {
         self.low.cmpgt(high).any()
             || self.high.cmplt(low).any()
@@ -71,7 +70,7 @@ impl Shaft {
             })
     }
 
-    /// Whether a polygon is outside for certain.
+    /// Whether a polygon is certainly outside.
     fn misses(&self, corners: &[DVec3]) -> bool {
         (0..3).any(|k| {
             corners.iter().all(|c| c[k] > self.high[k])
@@ -80,7 +79,7 @@ impl Shaft {
     }
 }
 
-/// Least and greatest of some numbers.
+/// The least and the greatest of some numbers.
 fn range(numbers: impl Iterator<Item = f64>) -> (f64, f64) {
     numbers.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)))
 }

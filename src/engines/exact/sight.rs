@@ -21,7 +21,7 @@ impl Sight {
     pub const HIDDEN: Self = Self(0);
     /// Nothing lies between them.
     pub const CLEAR: Self = Self(1);
-    /// So much may lie between that rays are to tell.
+    /// So many blockers may lie between them that rays are to tell.
     const CROWDED: Self = Self(2);
     /// From here on: the number of a list of blockers.
     const LISTS: u16 = 3;
@@ -41,7 +41,7 @@ pub(super) struct Sights {
     shaft: Shaft,
 }
 
-/// What to sort out.
+/// Between what blockers are sorted out, and how thoroughly.
 pub(super) struct Sorting<'a> {
     pub model: &'a Model<'a>,
     pub effort: Effort,

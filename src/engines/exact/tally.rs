@@ -1,9 +1,10 @@
-//! What pairs add up to: their numbers, squares and errors, exactly, in whatever order they come.
+//! Sums over pairs: how many, and the squares of their factors and errors. They do not depend on
+//! the order of the pairs.
 
 use super::model::Model;
 use super::places::Place;
 
-/// What was done.
+/// What was done so far.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Tally {
     /// Pairs that exchange anything.
@@ -16,7 +17,7 @@ pub(super) struct Tally {
     /// root-mean-square factor, in units of 2⁻³²: sums of integers do not depend on their order.
     pub squares: u128,
     pub errors: u128,
-    /// Of the latter that of rays which neighbouring pairs share.
+    /// The part of `errors` that is due to rays packed over neighbouring pairs.
     pub ray_errors: u128,
 }
 

@@ -60,7 +60,7 @@ fn the_matrix_has_the_bits_of_its_rows_for_any_threads() {
     }
 }
 
-/// Cancels after it was asked so many times.
+/// Cancels when it has been asked this many times.
 struct CancelAfter(std::sync::atomic::AtomicUsize);
 
 impl Progress for CancelAfter {
@@ -360,8 +360,8 @@ fn the_visible_fraction_is_weighted_by_the_kernel() {
     }
 }
 
-/// Fraction that is visible of what the first two patches, a unit square, exchange with the next two,
-/// a square upright on its edge.
+/// Fraction that is visible of what the first two patches, a unit square, exchange with the next
+/// two, a square upright on its edge.
 fn visible_fraction(g: &Geometry, p: &Patches, options: ExactOptions) -> f64 {
     let rows = rows_of(g, p, options);
     let f: f64 = [0, 1].iter().flat_map(|&i| [2, 3].map(|j| rows[i].factor_to(PatchId(j)))).sum();

@@ -1,5 +1,5 @@
-//! A hierarchy over the patches: nodes are nearly flat and compact, so that one look decides what
-//! lies between two of them.
+//! A hierarchy over the patches. Its nodes are nearly flat and compact, so that a single test often
+//! decides what lies between two of them.
 
 use std::f64::consts::PI;
 
@@ -9,16 +9,16 @@ use super::blockers::BodyId;
 use super::places::{NodeId, Places, TileId};
 use crate::patches::PatchId;
 
-/// Leaves hold at most so many patches.
+/// Most patches in a leaf.
 pub(super) const LEAF: usize = 4;
 
-/// Tiles, the nodes that work is handed out by, hold at most so many.
+/// Most patches in a tile: a node that is a unit of work.
 pub(super) const TILE: usize = 128;
 
-/// A turn of the normal by one radian counts as much as this fraction of a node's diagonal.
+/// A difference of one radian between normals counts as much as this fraction of a node's diagonal.
 const TURN: f64 = 0.5;
 
-/// What the hierarchy knows of a patch.
+/// The box and the direction of a patch.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Extent {
     pub low: DVec3,
@@ -67,7 +67,7 @@ impl Node {
         0.25 * self.patch_area.max(other.patch_area) / (PI * distance * distance)
     }
 
-    /// Whether it is split rather than another node.
+    /// Whether it is to be split before another node is.
     pub fn split_before(&self, other: &Self) -> bool {
         !self.is_leaf() && (other.is_leaf() || self.diagonal() >= other.diagonal())
     }
@@ -256,7 +256,7 @@ fn divide(patches: &mut [PatchId], extents: &[Extent]) -> usize {
     patches.sort_by(|&p, &q| feature(p)[axis].total_cmp(&feature(q)[axis]).then(p.cmp(&q)));
     let at = patches.partition_point(|&p| feature(p)[axis] < middle);
     let lopsided = patches.len() / 16;
-    // What lies all in one place is halved by number.
+    // Patches that lie all in one place are halved by number.
     if at <= lopsided || at + lopsided >= patches.len() { patches.len() / 2 } else { at }
 }
 

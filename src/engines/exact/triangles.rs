@@ -1,4 +1,4 @@
-//! Triangles coordinate by coordinate, for kernels that take 16 at a time.
+//! Triangles as arrays of coordinates, for kernels that take 16 at a time.
 
 use glam::DVec3;
 
@@ -25,13 +25,13 @@ impl Triangles {
         }
     }
 
-    /// Adds what kernels may read beyond the last.
+    /// Adds padding for kernels that read beyond the last.
     pub fn pad(&mut self) {
         self.corners.iter_mut().chain(&mut self.normal).chain(&mut self.centre).for_each(pad);
     }
 }
 
-/// Room for lanes beyond the last number.
+/// Adds padding for lanes beyond the last number.
 pub(super) fn pad(numbers: &mut Vec<f32>) {
     numbers.resize(numbers.len().next_multiple_of(LANES) + LANES, 0.0);
 }

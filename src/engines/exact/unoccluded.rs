@@ -19,11 +19,12 @@ use super::contour::by_contours;
 use super::polygon::{Polygon, area};
 use crate::form_factors::kernel::point_to_polygon;
 
-/// Points on both serve from so many sums of radii between the centres: their error is below 1e-5
-/// of S there.
+/// If the centres are farther apart than this many sums of radii, points on both are used: their
+/// error is below 1e-5 of S there.
 const FAR: f64 = 2.2;
 
-/// Points on the smaller serve if its radius is at most this fraction of its distance from the larger.
+/// If the radius of the smaller is at most this fraction of its distance from the larger, points on
+/// the smaller are used.
 const SMALL: f64 = 0.35;
 
 /// The contour integrals may err by this fraction of the smaller area.

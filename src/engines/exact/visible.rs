@@ -17,7 +17,7 @@ use super::pair_rays::{RayBuffers, visible_by_rays};
 /// A pair with more blockers is left to rays.
 const MANY: usize = 24;
 
-/// What it takes to look at a pair; reused.
+/// Buffers for a pair; reused.
 #[derive(Default)]
 pub(super) struct PairBuffers {
     blockers: Vec<ClippedBlocker>,

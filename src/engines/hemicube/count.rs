@@ -44,7 +44,8 @@ pub(super) fn count_patches(model: &Model<'_>, buffers: &mut RowBuffers) {
     each_face!(F => {
         let face = &model.faces[F];
         let weights = &model.weights[usize::from(F != 0)];
-        let rows = buffers.items[F].items().chunks(face.stride()).zip(weights.chunks(face.stride()));
+        let stride = face.stride();
+        let rows = buffers.items[F].items().chunks(stride).zip(weights.chunks(stride));
         for ((items, weights), &y) in rows.zip(face.y()) {
             for ((&item, &weight), &x) in items.iter().zip(weights).zip(face.x()) {
                 let place = match item {
@@ -82,7 +83,8 @@ pub(super) fn count_sources(model: &Model<'_>, buffers: &mut RowBuffers) {
     each_face!(F => {
         let face = &model.faces[F];
         let weights = &model.weights[usize::from(F != 0)];
-        let rows = buffers.items[F].items().chunks(face.stride()).zip(weights.chunks(face.stride()));
+        let stride = face.stride();
+        let rows = buffers.items[F].items().chunks(stride).zip(weights.chunks(stride));
         for ((items, weights), &y) in rows.zip(face.y()) {
             let items = items.as_chunks::<LANES>().0;
             let xs = face.x().as_chunks::<LANES>().0;

@@ -192,6 +192,10 @@ impl Gpu {
         self.check()
     }
 
+    pub(super) fn encoder(&self) -> wgpu::CommandEncoder {
+        self.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default())
+    }
+
     /// A buffer with the given contents, at least 256 bytes long.
     pub(super) fn upload(
         &self,
@@ -216,6 +220,24 @@ impl Gpu {
             mapped_at_creation: false,
         })
     }
+}
+
+/// Resources bound in their order.
+pub(super) fn bind_group<const N: usize>(
+    gpu: &Gpu,
+    layout: &wgpu::BindGroupLayout,
+    resources: [wgpu::BindingResource<'_>; N],
+) -> wgpu::BindGroup {
+    let entries: Vec<wgpu::BindGroupEntry<'_>> = resources
+        .into_iter()
+        .zip(0..)
+        .map(|(resource, binding)| wgpu::BindGroupEntry { binding, resource })
+        .collect();
+    gpu.device().create_bind_group(&wgpu::BindGroupDescriptor {
+        label: None,
+        layout,
+        entries: &entries,
+    })
 }
 
 fn rank(kind: wgpu::DeviceType) -> u8 {

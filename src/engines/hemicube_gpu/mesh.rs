@@ -7,6 +7,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
 use super::device::{Gpu, GpuError};
+use crate::engines::Draw;
 use crate::patches::Patches;
 use crate::scene::geometry::position_key;
 use crate::scene::{Geometry, Side, TriangleId};
@@ -60,6 +61,44 @@ impl Triangles {
     }
 }
 
+/// All that hemicubes project.
+#[derive(Debug)]
+pub(super) struct Meshes {
+    pub(super) sources: Mesh,
+    /// The patches, if they are drawn.
+    pub(super) patches: Option<Mesh>,
+    /// The item of the first source triangle: patches come before, if they are drawn.
+    pub(super) first_source: u32,
+}
+
+impl Meshes {
+    pub(super) fn new(
+        gpu: &Gpu,
+        geometry: &Geometry,
+        patches: &Patches,
+        centre: DVec3,
+        draw: Draw,
+    ) -> Result<Self, GpuError> {
+        let first_source = match draw {
+            Draw::Sources => 0,
+            Draw::Patches => patches.len() as u32,
+        };
+        Ok(Self {
+            sources: Mesh::of_sources(gpu, geometry, centre, first_source)?,
+            patches: match draw {
+                Draw::Sources => None,
+                Draw::Patches => Some(Mesh::of_patches(gpu, geometry, patches, centre)?),
+            },
+            first_source,
+        })
+    }
+
+    /// Number of triangles.
+    pub(super) fn len(&self) -> u32 {
+        self.sources.len() + self.patches.as_ref().map_or(0, Mesh::len)
+    }
+}
+
 /// Triangles on the device, in chunks as large as it allows.
 #[derive(Debug)]
 pub(super) struct Mesh {
@@ -79,7 +118,7 @@ struct Chunk {
 
 impl Mesh {
     /// The solid source triangles; their items follow each other from `first` on.
-    pub(super) fn of_sources(
+    fn of_sources(
         gpu: &Gpu,
         geometry: &Geometry,
         centre: DVec3,
@@ -94,7 +133,7 @@ impl Mesh {
 
     /// All patches, each with its id for an item. Patches of a back wind the other way round, so
     /// that all are seen from the side that winds counter-clockwise.
-    pub(super) fn of_patches(
+    fn of_patches(
         gpu: &Gpu,
         geometry: &Geometry,
         patches: &Patches,
@@ -143,8 +182,7 @@ impl Mesh {
         Ok(me)
     }
 
-    /// Number of triangles.
-    pub(super) fn len(&self) -> u32 {
+    fn len(&self) -> u32 {
         self.len
     }
 
@@ -165,9 +203,9 @@ impl Mesh {
             pass.set_index_buffer(chunk.indices.slice(..), wgpu::IndexFormat::Uint32);
             for (camera, &[x, y, width, height]) in (first_camera..).zip(faces) {
                 pass.set_viewport(x, y, width, height, 0.0, 1.0);
-                for part in [from..own.start.clamp(from, to), own.end.clamp(from, to)..to] {
-                    if !part.is_empty() {
-                        let indices = 3 * (part.start - from)..3 * (part.end - from);
+                for run in [from..own.start.clamp(from, to), own.end.clamp(from, to)..to] {
+                    if !run.is_empty() {
+                        let indices = 3 * (run.start - from)..3 * (run.end - from);
                         pass.draw_indexed(indices, 0, camera..camera + 1);
                     }
                 }

@@ -29,8 +29,8 @@ const ENTRY: u64 = 8;
 const CAMERAS: u64 = 5 * 64;
 
 impl Plan {
-    /// For hemicubes of `resolution` that project `triangles` and count `patches`, in about `memory`
-    /// bytes; one row is always made, in as many windows as it takes.
+    /// For hemicubes of `resolution` that project `triangles` and count `patches`, in about
+    /// `memory` bytes; one row is always made, in as many windows as it takes.
     pub(super) fn new(
         limits: &wgpu::Limits,
         memory: u64,

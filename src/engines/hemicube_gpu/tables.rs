@@ -4,6 +4,7 @@
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, DVec3};
 
+use super::device::{Gpu, GpuError};
 use crate::patches::{PatchId, Patches, Split, side_index};
 use crate::scene::{Geometry, Side, TriangleId};
 
@@ -12,14 +13,49 @@ use crate::scene::{Geometry, Side, TriangleId};
 pub(super) struct Tables {
     /// All solid triangles in order.
     pub(super) sources: Vec<Source>,
-    /// For each cell of the uniform grids the patch that it belongs to, or [`CUT`] and where in `cuts`
-    /// one learns it. Empty if every cell is a patch of its own.
+    /// For each cell of the uniform grids the patch that it belongs to, or [`CUT`] and where in
+    /// `cuts` one learns it. Empty if every cell is a patch of its own.
     pub(super) owners: Vec<u32>,
     /// For each cell that contacts cut: how to find whom its points belong to.
     pub(super) cuts: Vec<u32>,
     /// For each patch the solid triangle on which to look up what its pixels belong to, or
     /// [`ITSELF`]. Empty if no pixel of a patch belongs to another.
     pub(super) look_on: Vec<u32>,
+}
+
+/// The same on the device.
+#[derive(Debug)]
+pub(super) struct DeviceTables {
+    pub(super) sources: wgpu::Buffer,
+    pub(super) owners: wgpu::Buffer,
+    pub(super) cuts: wgpu::Buffer,
+    pub(super) look_on: wgpu::Buffer,
+    /// Whether some cells, and some patches, do not own all their pixels.
+    pub(super) owned: [u32; 2],
+}
+
+impl DeviceTables {
+    pub(super) fn new(gpu: &Gpu, tables: &Tables) -> Result<Self, GpuError> {
+        let sources = bytemuck::cast_slice(&tables.sources);
+        let [owners, cuts, look_on] =
+            [&tables.owners, &tables.cuts, &tables.look_on].map(|t| bytemuck::cast_slice(t));
+        Ok(Self {
+            sources: upload(gpu, "the table of source triangles (bytes)", sources)?,
+            owners: upload(gpu, "the table of cells (bytes)", owners)?,
+            cuts: upload(gpu, "the table of contacts (bytes)", cuts)?,
+            look_on: upload(gpu, "the table of patches (bytes)", look_on)?,
+            owned: [&tables.owners, &tables.look_on].map(|t| u32::from(!t.is_empty())),
+        })
+    }
+}
+
+fn upload(gpu: &Gpu, what: &'static str, contents: &[u8]) -> Result<wgpu::Buffer, GpuError> {
+    let (limits, needed) = (gpu.limits(), contents.len() as u64);
+    let allowed = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+    if needed > allowed {
+        return Err(GpuError::Limit { what, needed, allowed });
+    }
+    Ok(gpu.upload(what, contents, wgpu::BufferUsages::STORAGE))
 }
 
 /// A solid source triangle: `Source` of the counting shader.
@@ -43,7 +79,7 @@ const ITSELF: u32 = u32::MAX;
 /// Level of a side without patches.
 const NO_PATCH: u32 = 0xffff;
 
-/// Marks a part of a cut cell in which the point itself decides whom it belongs to.
+/// Marks a region of a cut cell in which the point itself decides whom it belongs to.
 const MIXED: u32 = u32::MAX;
 
 impl Tables {
