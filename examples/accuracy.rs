@@ -2,10 +2,10 @@
 //!
 //! `cargo run --release --example accuracy -- SCENE AREA [SAMPLES [SHADOW [PATCHES]]]`
 //!
-//! SCENE is a built-in scene, AREA the largest of a patch in m². The error is the RMS of luminance over
-//! its mean, at so many random patches (400; 0 for none): each is gathered by 4 × 65,536 rays and 4 × 4,096
-//! shadow rays, on a solution of its own seed with four times the rays (or as many, beyond 200,000
-//! patches).
+//! SCENE is a built-in scene, AREA the largest of a patch in m². The error is the RMS of luminance
+//! over its mean, at so many random patches (400; 0 for none): each is gathered by 4 × 65,536 rays
+//! and 4 × 4,096 shadow rays, on a solution of its own seed with four times the rays (or as many,
+//! beyond 200,000 patches).
 
 #![allow(clippy::print_stdout, reason = "an example")]
 
@@ -59,7 +59,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let ErrorReport { total, noise, refinement, half } = known.report(&solution);
     let [total, noise, refinement, half] = [total, noise, refinement, half].map(|e| 100.0 * e);
     println!(
-        "  stated on 80 % of the surface {total:.3} %: noise {noise:.3} %, patch size {refinement:.3} %; on half {half:.3} %"
+        "  stated on 80 % of the surface {total:.3} %: noise {noise:.3} %, patch size \
+         {refinement:.3} %; on half {half:.3} %"
     );
 
     if wanted == 0 {
@@ -124,7 +125,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     errors.iter_mut().for_each(|e| *e = e.abs());
     errors.sort_by(f64::total_cmp);
     println!(
-        "  against final gathers: RMS {:.3} % ({:.3} % at patches that do not emit), median {:.3} %, worst {:.2} % of the mean",
+        "  against final gathers: RMS {:.3} % ({:.3} % at patches that do not emit), median {:.3} \
+         %, worst {:.2} % of the mean",
         100.0 * rms,
         100.0 * (dim.iter().sum::<f64>() / dim.len() as f64).sqrt(),
         100.0 * errors[wanted / 2],

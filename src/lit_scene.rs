@@ -1,8 +1,8 @@
 //! The front door: a scene is lit once, then looked at and measured as often as one likes.
 //!
-//! [`Scene::light`] yields a [`LitScene`]; a [`View`] of it is a picture, a [`Probe`] a measurement.
-//! [`Scene::form_factors`] yields the matrix. All of it stands on the modules above, which say more
-//! and ask for more.
+//! [`Scene::light`] yields a [`LitScene`]; a [`View`] of it is a picture, a [`Probe`] a
+//! measurement. [`Scene::form_factors`] yields the matrix. All of it stands on the modules above,
+//! which say more and ask for more.
 
 use crate::gather::{Estimate, GatherOptions, Gatherer, Probe};
 use crate::matrix::{self, Matrix, MatrixError, MatrixOptions};

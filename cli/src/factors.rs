@@ -34,7 +34,8 @@ pub fn run(args: &Factors) -> Result<(), Failure> {
     let light = args.light();
     if light.engine() == EngineArg::Rays && args.error.is_some() {
         return Err(Failure::input(
-            "--error is not used by factors with --engine rays; leave it out, or use --engine exact",
+            "--error is not used by factors with --engine rays; leave it out, or use --engine \
+             exact",
         ));
     }
     let engine = engine_of(&light)?;
@@ -209,7 +210,8 @@ fn say_report(matrix: &Matrix, verbose: bool) {
     }
     if let Some(c) = &r.closure {
         say(&format!(
-            "enclosure: rows sum to 1 within {:.0e} after {} steps; scales from {:.4} to {:.4}; {:.2} % \
+            "enclosure: rows sum to 1 within {:.0e} after {} steps; scales from {:.4} to {:.4}; \
+             {:.2} % \
              RMS of asymmetry averaged out",
             c.residual.max(f64::EPSILON),
             c.steps,

@@ -18,7 +18,8 @@ pub fn run(args: &Info) -> Result<(), Failure> {
             severity: Severity::Warning,
             place: String::from("whole model"),
             message: String::from(
-                "most fronts see nothing while their backs see surfaces: the normals point outwards",
+                "most fronts see nothing while their backs see surfaces: the normals point \
+                 outwards",
             ),
             remedy: String::from("turn them round with --flip, or use --sides two"),
         });
@@ -43,7 +44,8 @@ fn covered(scene: &Scene) -> Option<Finding> {
         severity: Severity::Note,
         place: format!("surface {surface}, triangle {}", first.0),
         message: format!(
-            "{} triangles{sampled} are covered: most of what their centre sees are backs; the first is here",
+            "{} triangles{sampled} are covered: most of what their centre sees are backs; the \
+             first is here",
             found.len()
         ),
         remedy: String::from(

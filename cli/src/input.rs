@@ -204,8 +204,8 @@ pub fn ensure_light(scene: &mut Scene, camera: &Camera, quiet: bool) -> Result<(
     const CLOSED: f64 = 1e-3;
     if share(around.glimpses(), |g| g.hit.is_none()) < CLOSED {
         return Err(Failure::Input(format!(
-            "{}: nothing emits light and the room is closed: it would be dark. Let a material emit, \
-             for example --emission \"{}=10,10,10\"; the materials are {}",
+            "{}: nothing emits light and the room is closed: it would be dark. Let a material \
+             emit, for example --emission \"{}=10,10,10\"; the materials are {}",
             scene.name,
             scene.optics.materials.first().map_or("NAME", |m| &m.name),
             material_names(scene)

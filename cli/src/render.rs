@@ -186,7 +186,8 @@ pub fn lit(scene: &Scene, args: &Light, bar: &Bar) -> Result<Solution, Failure> 
     let missed = args.error.zip(solution.report.error).filter(|(target, e)| e.total > *target);
     if let Some((target, error)) = missed.filter(|_| sampled && !args.quiet) {
         say(&format!(
-            "--error {}%: not reached, the best is {:.2} % (noise {:.2} %, size of patches {:.2} %); \
+            "--error {}%: not reached, the best is {:.2} % (noise {:.2} %, size of patches {:.2} \
+             %); \
              allow a larger error, or more --memory",
             100.0 * target,
             100.0 * error.total,
@@ -306,7 +307,8 @@ pub fn say_details(report: &Report) {
     }
     if let Some(r) = report.rows {
         say(&format!(
-            "rows: {} with {} entries ({} MiB); on average {:.4} to patches, {:.4} to the environment, \
+            "rows: {} with {} entries ({} MiB); on average {:.4} to patches, {:.4} to the \
+             environment, \
              {:.4} to backs, {:.4} lost; {} covered{}",
             r.rows,
             r.entries,

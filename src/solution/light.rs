@@ -86,8 +86,8 @@ pub fn light(
     };
     let lamps;
     let (patches, factors) = match refined {
-        // Rows from the centres of patches serve every mesh that has the same centres; rows from all
-        // over a patch do not.
+        // Rows from the centres of patches serve every mesh that has the same centres; rows from
+        // all over a patch do not.
         Some(refined) if engine.sees_from_centres() => {
             lamps = direct::from_lamps(scene, &refined.patches, &bvh);
             drop(engine);

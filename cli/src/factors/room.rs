@@ -10,8 +10,8 @@ use crate::machine;
 /// A larger table than this is refused on stdout.
 const MOST_ON_STDOUT: u64 = 256 << 20;
 
-/// Where the rows of a matrix go that will be like this: to memory (`None`) or through a file. Says why
-/// there is no room for it.
+/// Where the rows of a matrix go that will be like this: to memory (`None`) or through a file. Says
+/// why there is no room for it.
 pub fn store(
     args: &Factors,
     format: MatrixFormat,
@@ -21,7 +21,8 @@ pub fn store(
     let Some(path) = &args.output else {
         return match file > MOST_ON_STDOUT {
             true => Err(format!(
-                "a table of {0} x {0} form factors takes about {1}; on stdout {2} are the limit: write it \
+                "a table of {0} x {0} form factors takes about {1}; on stdout {2} are the limit: \
+                 write it \
                  with -o F.npz, or lump it with --group",
                 forecast.rows,
                 Bytes(file),

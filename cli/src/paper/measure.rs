@@ -165,8 +165,8 @@ pub fn hemicube<'a>(
 }
 
 impl Way {
-    /// Time of all `n` rows over that of `m`. The classical engine computes the visibility of a pair
-    /// with the first of its two rows: `m` rows take `m n - m²/2` of the `n²/2` pairs.
+    /// Time of all `n` rows over that of `m`. The classical engine computes the visibility of a
+    /// pair with the first of its two rows: `m` rows take `m n - m²/2` of the `n²/2` pairs.
     fn scale(self, m: usize, n: usize) -> f64 {
         let (m, n) = (m as f64, n as f64);
         match self {

@@ -186,7 +186,8 @@ fn section(losses: &[Loss], conditions: &Conditions) -> String {
         ]);
     }
     let mut text = format!(
-        "Irradiance of the adaptive solution against the uniform one of {} m², at the centres of the \
+        "Irradiance of the adaptive solution against the uniform one of {} m², at the centres of \
+         the \
          uniform patches, weighted by area, relative to its RMS:\n\n{}",
         conditions.finest,
         table.markdown()
