@@ -30,7 +30,7 @@ pub mod texture;
 pub use arrays::ArraysError;
 pub use builder::{MAX_REFLECTANCE, SceneBuilder};
 pub use camera::Camera;
-pub use finding::{Finding, Severity};
+pub use finding::{Finding, Setting, Severity};
 pub use geometry::{Geometry, Side, Sides, Surface, TriangleId, TriangleState};
 pub use import::{ImportOptions, SidesChoice, load};
 pub use inspect::inspect;

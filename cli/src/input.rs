@@ -11,6 +11,7 @@ use hemicube::visibility::{Occluders, Surroundings, share};
 
 use crate::args::{Emission, Input, MOST_RADIANCE, Model, Render, SidesArg};
 use crate::failure::Failure;
+use crate::remedy;
 use crate::terminal::say;
 
 /// Reads the model: an existing path, or else a built-in's name.
@@ -22,7 +23,8 @@ pub fn read_model(
     let path = Path::new(&model.scene);
     let mut scene = if path.exists() {
         let (unit, up) = (model.unit.metres(), model.up);
-        load(path, &ImportOptions { unit, up, max_reflectance, sides }).map_err(Failure::input)?
+        load(path, &ImportOptions { unit, up, max_reflectance, sides })
+            .map_err(|e| Failure::Input(format!("{e}{}", remedy::of_import(&e))))?
     } else {
         Scene::builtin(&model.scene).map_err(no_such_scene)?
     };
@@ -180,16 +182,11 @@ pub fn say_findings(scene: &Scene, quiet: bool) {
     let warnings: Vec<_> =
         scene.findings.iter().filter(|f| f.severity == Severity::Warning).collect();
     for f in warnings.iter().take(SHOWN) {
-        say(&format!("warning: {}: {}{}", f.place, f.message, remedy(&f.remedy)));
+        say(&format!("warning: {}: {}{}", f.place, f.message, remedy::of_finding(f)));
     }
     if warnings.len() > SHOWN {
         say(&format!("warning: and {} more; see hemicube info", warnings.len() - SHOWN));
     }
-}
-
-/// `; remedy`, or nothing.
-pub fn remedy(text: &str) -> String {
-    if text.is_empty() { String::new() } else { format!("; {text}") }
 }
 
 /// Lights a scene that has no light: an open one by a uniform sky. A closed one would stay dark.
