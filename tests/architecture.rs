@@ -248,6 +248,16 @@ fn the_document_lists_the_modules_in_order() {
 }
 
 #[test]
+fn the_document_names_sources_that_exist() {
+    let document = fs::read_to_string(root().join("ARCHITECTURE.md")).unwrap();
+    let names = document.split('`').skip(1).step_by(2).filter(|name| name.ends_with(".rs"));
+    let missing: Vec<&str> = names
+        .filter(|n| !root().join(n).exists() && !root().join("src").join(n).exists())
+        .collect();
+    assert!(missing.is_empty(), "{missing:?}");
+}
+
+#[test]
 fn the_documents_point_at_files_that_exist() {
     for name in ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "docs/benchmarks.md"] {
         let path = root().join(name);
