@@ -1,9 +1,6 @@
 //! PNG pictures, 8 bits a channel, sRGB.
 
-use std::io::Cursor;
 use std::path::Path;
-
-use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
 
 use super::{ExportError, write_whole};
 use crate::render::Picture;
@@ -12,9 +9,14 @@ use crate::tone::srgb;
 /// Writes a picture of linear display light (0..1) as sRGB PNG.
 pub fn write_png(path: &Path, picture: &Picture) -> Result<(), ExportError> {
     let bytes: Vec<u8> = picture.pixels.iter().flatten().map(|&c| srgb(c)).collect();
-    let mut encoded = Cursor::new(Vec::new());
-    PngEncoder::new(&mut encoded)
-        .write_image(&bytes, picture.width as u32, picture.height as u32, ExtendedColorType::Rgb8)
+    let mut encoded = Vec::new();
+    let mut encoder = png::Encoder::new(&mut encoded, picture.width as u32, picture.height as u32);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_compression(png::Compression::Fast);
+    encoder.set_filter(png::Filter::Adaptive);
+    encoder
+        .write_header()
+        .and_then(|mut writer| writer.write_image_data(&bytes))
         .map_err(|e| ExportError::Encode { path: path.to_path_buf(), message: e.to_string() })?;
-    write_whole(path, encoded.get_ref())
+    write_whole(path, &encoded)
 }

@@ -3,14 +3,15 @@
 //! A triangle's mean is the area average over its own footprint in the texture, in linear light,
 //! so that an atlas does not turn grey and a tiled floor keeps its colour.
 
-use std::io::Cursor;
+mod decode;
+
 use std::sync::{Arc, LazyLock};
 
 use glam::{DVec2, DVec3};
-use image::{ImageFormat, ImageReader, Limits};
 
 use super::Rgb;
 use super::footprint;
+use decode::{Image, decode};
 
 /// How a texture coordinate outside 0..1 is brought back.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -58,11 +59,6 @@ pub struct TextureSampler {
     v_up: bool,
 }
 
-/// Longest side of an image in texels, and most bytes that decoding may take: a file of a few
-/// kilobytes can claim to hold gigabytes.
-const MAX_SIDE: u32 = 32_768;
-const MAX_BYTES: u64 = 1 << 30;
-
 /// Footprints below one texel and not longer than this many are read at their centroid.
 const TINY_FOOTPRINT: f64 = 2.0;
 
@@ -80,27 +76,8 @@ impl Texture {
     /// # Errors
     /// If the bytes are no image, or one that would take more than 1 GiB to decode.
     pub fn decode(&self) -> Result<TextureSampler, TextureError> {
-        let fail = |problem: String| TextureError { name: self.name.clone(), problem };
-        let mut reader = ImageReader::new(Cursor::new(&self.encoded[..]))
-            .with_guessed_format()
-            .map_err(|e| fail(e.to_string()))?;
-        // TGA has no magic number: the name is all there is to go by.
-        if reader.format().is_none()
-            && let Ok(format) = ImageFormat::from_path(&self.name)
-        {
-            reader.set_format(format);
-        }
-        let mut limits = Limits::default();
-        limits.max_image_width = Some(MAX_SIDE);
-        limits.max_image_height = Some(MAX_SIDE);
-        limits.max_alloc = Some(MAX_BYTES);
-        reader.limits(limits);
-        let image = reader.decode().map_err(|e| fail(e.to_string()))?.into_rgba8();
-        let (width, height) = image.dimensions();
-        if width == 0 || height == 0 {
-            return Err(fail("it has no pixels".into()));
-        }
-        let texels = image.pixels().map(|p| p.0).collect();
+        let Image { width, height, texels } = decode(&self.encoded, &self.name)
+            .map_err(|problem| TextureError { name: self.name.clone(), problem })?;
         Ok(TextureSampler { width, height, texels, wrap: self.wrap, v_up: self.v_up })
     }
 }
@@ -231,11 +208,11 @@ pub(super) mod tests {
 
     /// A PNG with the given texels, row by row.
     pub fn png(width: u32, height: u32, texels: &[[u8; 4]]) -> Arc<[u8]> {
-        let bytes: Vec<u8> = texels.iter().flatten().copied().collect();
-        let image = image::RgbaImage::from_raw(width, height, bytes).unwrap();
-        let mut out = Cursor::new(Vec::new());
-        image.write_to(&mut out, ImageFormat::Png).unwrap();
-        out.into_inner().into()
+        let mut out = Vec::new();
+        let mut encoder = png::Encoder::new(&mut out, width, height);
+        encoder.set_color(png::ColorType::Rgba);
+        encoder.write_header().unwrap().write_image_data(texels.as_flattened()).unwrap();
+        out.into()
     }
 
     const BLACK: [u8; 4] = [0, 0, 0, 255];

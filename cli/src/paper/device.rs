@@ -65,7 +65,8 @@ impl Device {
 impl Device {
     /// Nothing.
     pub fn open(_: &Conditions) -> Self {
-        let says = "No GPU is measured: this program was built without --features gpu.";
+        let says = "No GPU is measured: this program was built without its GPU engine, which \
+                    `cargo run --release --features gpu -- paper` has.";
         Self { says: says.to_owned() }
     }
 
