@@ -125,3 +125,87 @@ fn texels(samples: &[u8], channels: usize) -> Vec<[u8; 4]> {
     };
     samples.chunks_exact(channels).map(texel).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use base64::prelude::{BASE64_STANDARD, Engine as _};
+    use png::{BitDepth, ColorType};
+
+    /// The texels of a PNG of one row of two pixels.
+    fn texels_of(colour: ColorType, depth: BitDepth, row: &[u8]) -> Vec<[u8; 4]> {
+        let mut file = Vec::new();
+        let mut encoder = png::Encoder::new(&mut file, 2, 1);
+        encoder.set_color(colour);
+        encoder.set_depth(depth);
+        if colour == ColorType::Indexed {
+            encoder.set_palette(&[10, 20, 30, 40, 50, 60]);
+            encoder.set_trns(&[7]);
+        }
+        encoder.write_header().unwrap().write_image_data(row).unwrap();
+        decode(&file, "t").unwrap().texels
+    }
+
+    #[test]
+    fn png_of_every_kind() {
+        use {BitDepth::*, ColorType::*};
+        assert_eq!(texels_of(Grayscale, One, &[0x40]), [[0, 0, 0, 255], [255; 4]]);
+        assert_eq!(texels_of(GrayscaleAlpha, Eight, &[1, 2, 3, 4]), [[1, 1, 1, 2], [3, 3, 3, 4]]);
+        assert_eq!(texels_of(Rgb, Eight, &[1, 2, 3, 4, 5, 6]), [[1, 2, 3, 255], [4, 5, 6, 255]]);
+        assert_eq!(texels_of(Indexed, Four, &[0x01]), [[10, 20, 30, 7], [40, 50, 60, 255]]);
+        // 16 bits are rounded: 255 * 384 / 65535 = 1.49, 255 * 386 / 65535 = 1.502.
+        assert_eq!(
+            texels_of(Grayscale, Sixteen, &[1, 128, 1, 130]),
+            [[1, 1, 1, 255], [2, 2, 2, 255]]
+        );
+    }
+
+    #[test]
+    fn jpeg_of_every_kind() {
+        // Of 2 x 1 pixels of one colour: grey, YCbCr, CMYK.
+        let files = [
+            (
+                "/9j/2wBDAAMCAgMCAgMDAwMEAwMEBQgFBQQEBQoHBwYIDAoMDAsKCwsNDhIQDQ4RDgsLEBYQERMUFRUV\
+                 DA8XGBYUGBIUFRT/wAALCAABAAIBAREA/8QAFAABAAAAAAAAAAAAAAAAAAAACP/EABQQAQAAAAAAAAAA\
+                 AAAAAAAAAAD/2gAIAQEAAD8AYD//2Q==",
+                [200, 200, 200, 255],
+            ),
+            (
+                "/9j/2wBDAAMCAgMCAgMDAwMEAwMEBQgFBQQEBQoHBwYIDAoMDAsKCwsNDhIQDQ4RDgsLEBYQERMUFRUV\
+                 DA8XGBYUGBIUFRT/2wBDAQMEBAUEBQkFBQkUDQsNFBQUFBQUFBQUFBQUFBQUFBQUFBQUFBQUFBQUFBQU\
+                 FBQUFBQUFBQUFBQUFBQUFBQUFBT/wAARCAABAAIDAREAAhEBAxEB/8QAFAABAAAAAAAAAAAAAAAAAAAA\
+                 BP/EABQQAQAAAAAAAAAAAAAAAAAAAAD/xAAVAQEBAAAAAAAAAAAAAAAAAAAHCP/EABQRAQAAAAAAAAAA\
+                 AAAAAAAAAAD/2gAMAwEAAhEDEQA/ACA9SD//2Q==",
+                [200, 100, 50, 255],
+            ),
+            (
+                "/9j/7gAOQWRvYmUAZAAAAAAA/9sAQwADAgIDAgIDAwMDBAMDBAUIBQUEBAUKBwcGCAwKDAwLCgsLDQ4S\
+                 EA0OEQ4LCxAWEBETFBUVFQwPFxgWFBgSFBUU/8AAFAgAAQACBEMRAE0RAFkRAEsRAP/EABYAAQEBAAAA\
+                 AAAAAAAAAAAAAAkFCP/EABQQAQAAAAAAAAAAAAAAAAAAAAD/2gAOBEMATQBZAEsAAD8AR1TY8IG//9k=",
+                [207, 119, 49, 255],
+            ),
+        ];
+        for (file, expected) in files {
+            let image = decode(&BASE64_STANDARD.decode(file).unwrap(), "t").unwrap();
+            assert_eq!((image.width, image.height), (2, 1));
+            for (c, e) in image.texels.as_flattened().iter().zip(expected.iter().cycle()) {
+                assert!(c.abs_diff(*e) <= 2, "{:?} is not {expected:?}", image.texels);
+            }
+        }
+    }
+
+    #[test]
+    fn other_formats_are_read_or_named() {
+        // A bitmap of one red pixel.
+        let mut bmp =
+            b"BM\x3a\0\0\0\0\0\0\0\x36\0\0\0\x28\0\0\0\x01\0\0\0\x01\0\0\0\x01\0\x18\0".to_vec();
+        bmp.resize(54, 0);
+        bmp.extend([0, 0, 255, 0]);
+        let image = decode(&bmp, "t.bmp");
+        if cfg!(feature = "textures") {
+            assert_eq!(image.unwrap().texels, [[255, 0, 0, 255]]);
+        } else {
+            assert!(image.err().unwrap().contains("--features textures"));
+        }
+    }
+}
