@@ -1,7 +1,7 @@
 //! The closed matrix of an enclosure: `cargo run --release --example matrix -- MODEL OUT.npz`.
 //!
-//! Without arguments: a unit cube, as furnace.npz in the folder for temporary files. Prints the form
-//! factors between named surfaces.
+//! Without arguments: a unit cube, as furnace.npz in the folder for temporary files. Prints the
+//! form factors between named surfaces.
 
 #![allow(clippy::print_stdout, reason = "an example")]
 

@@ -161,7 +161,8 @@ fn glb_of(nodes: &str) -> Vec<u8> {
     let mut json = format!(
         r#"{{"asset":{{"version":"2.0"}},{nodes},
 "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}}}}]}}],
-"accessors":[{{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}}],
+"accessors":[{{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3",
+"min":[0,0,0],"max":[1,1,0]}}],
 "bufferViews":[{{"buffer":0,"byteLength":36}}],"buffers":[{{"byteLength":36}}]}}"#,
     );
     while json.len() % 4 != 0 {
