@@ -31,7 +31,7 @@ const UNSAFE: &[&str] = &["simd.rs"];
 const STILL_LONG: &[&str] = &[];
 
 /// Files and folders that still hold lines of more than [`WIDEST`] columns.
-const STILL_WIDE: &[&str] = &["docs/", "src/scene", "tests/"];
+const STILL_WIDE: &[&str] = &["docs/", "src/scene"];
 
 /// Most lines of code in a file, and in half of all files.
 const LONGEST: usize = 500;
@@ -67,6 +67,7 @@ fn modules() -> Vec<String> {
 
 /// The sources of a module of lib.rs that have one of `words` in them.
 fn mentions(sources: &[Source], module: &str, forbidden: &[&str]) -> Vec<String> {
+    assert!(sources.iter().any(|s| s.module() == module), "there is no module {module}");
     sources
         .iter()
         .filter(|s| s.module() == module)
@@ -123,7 +124,7 @@ fn the_library_never_prints_exits_or_reads_the_environment() {
         &["print!", "println!", "eprint!", "eprintln!", "dbg!", "stdout", "stderr", "stdin"];
     let mut wrong = Vec::new();
     for source in library() {
-        for word in FORBIDDEN.iter().chain(&["std::env", "process::exit", "process::abort"]) {
+        for word in FORBIDDEN.iter().chain(&["env::", "process::exit", "process::abort"]) {
             if source.has(word) {
                 wrong.push(format!("{}: {word}", source.name));
             }
@@ -147,7 +148,7 @@ fn files_are_touched_by_importers_and_results_alone() {
 }
 
 #[test]
-fn form_factors_see_no_materials() {
+fn patches_visibility_and_engines_see_no_materials() {
     let sources = library();
     // `Texture` alone is a word of graphics devices.
     let optics = &["optics", "Optics", "Material", "TextureSampler", "Scene"];
@@ -259,12 +260,18 @@ fn the_document_names_sources_that_exist() {
 
 #[test]
 fn the_documents_point_at_files_that_exist() {
-    for name in ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "docs/benchmarks.md"] {
-        let path = root().join(name);
+    let folders = [root().to_owned(), root().join("docs")];
+    let files = folders.iter().flat_map(|folder| fs::read_dir(folder).unwrap());
+    let files = files.map(|entry| entry.unwrap().path());
+    let mut found = 0;
+    for path in files.filter(|path| path.extension().is_some_and(|e| e == "md")) {
         let text = fs::read_to_string(&path).unwrap();
         for target in text.split("](").skip(1).filter_map(|s| s.split([')', '#']).next()) {
             let outside = target.is_empty() || target.starts_with("http");
-            assert!(outside || path.with_file_name(target).exists(), "{name}: {target}");
+            let exists = outside || path.with_file_name(target).exists();
+            assert!(exists, "{}: {target}", path.display());
+            found += usize::from(!outside);
         }
     }
+    assert!(found > 10, "the documents were not understood");
 }

@@ -2,12 +2,15 @@
 
 #![allow(clippy::unwrap_used, reason = "a test")]
 
+mod common;
+
+use common::scenes::{lit_by_first, quad};
 use glam::{DVec2, DVec3, dvec3};
 use hemicube::engines::EngineOptions;
 use hemicube::engines::{Draw, HemicubeOptions};
 use hemicube::patches::SurfacePoint;
 use hemicube::progress::Silent;
-use hemicube::scene::{Material, Rgb, Scene, SceneBuilder, Side, Sides, Surface};
+use hemicube::scene::{Rgb, Scene, Side, Sides};
 use hemicube::solution::{LightOptions, light};
 
 /// Where the wall stands: on no outline of any patch.
@@ -16,29 +19,22 @@ const WALL: f64 = 1.13;
 /// A closed room of 3 x 1 x 1 m with a wall across it; the end at x = 0 emits. All faces are
 /// two-sided, the long walls, floor and ceiling run past the wall in one piece.
 fn parted_room() -> Scene {
-    let mut b = SceneBuilder::new("parted");
-    let grey = Material { reflectance: Rgb::splat(0.5), ..Material::default() };
-    let grey = b.material(grey);
-    let lamp = b.material(Material { radiance: Rgb::ONE, ..Material::default() });
-    let s = b.surface(Surface { name: "room".into(), node: 0, primitive: 0 });
-    let mut quad = |corners: [DVec3; 4], material| {
-        let v = corners.map(|c| b.vertex(c));
-        b.triangle([v[0], v[1], v[2]], None, s, material, Sides::Two);
-        b.triangle([v[0], v[2], v[3]], None, s, material, Sides::Two);
-    };
     let end =
         |x: f64| [dvec3(x, 0.0, 0.0), dvec3(x, 1.0, 0.0), dvec3(x, 1.0, 1.0), dvec3(x, 0.0, 1.0)];
     let along = |a: [f64; 2], b: [f64; 2]| {
         [(0.0, a), (3.0, a), (3.0, b), (0.0, b)].map(|(x, [y, z])| dvec3(x, y, z))
     };
-    quad(end(0.0), lamp);
-    quad(end(3.0), grey);
-    quad(end(WALL), grey);
-    quad(along([0.0, 0.0], [0.0, 1.0]), grey);
-    quad(along([1.0, 0.0], [1.0, 1.0]), grey);
-    quad(along([0.0, 0.0], [1.0, 0.0]), grey);
-    quad(along([0.0, 1.0], [1.0, 1.0]), grey);
-    b.finish()
+    let quads = [
+        end(0.0),
+        end(3.0),
+        end(WALL),
+        along([0.0, 0.0], [0.0, 1.0]),
+        along([1.0, 0.0], [1.0, 1.0]),
+        along([0.0, 0.0], [1.0, 0.0]),
+        along([0.0, 1.0], [1.0, 1.0]),
+    ]
+    .map(quad);
+    lit_by_first(&quads.each_ref(), Sides::Two)
 }
 
 #[test]

@@ -2,17 +2,19 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
+mod common;
+
 use std::f64::consts::{FRAC_PI_2, PI};
 
+use common::scenes::{grey, rectangle, scene_of};
 use glam::DVec3;
 use hemicube::direct::DirectOptions;
 use hemicube::engines::EngineOptions;
 use hemicube::engines::RaysOptions;
 use hemicube::gather::{Estimate, GatherOptions, Gatherer, Place, Probe};
 use hemicube::progress::Silent;
-use hemicube::scene::{
-    Lamp, Material, Rgb, Scene, SceneBuilder, Sides, Surface, builtin, luminance,
-};
+use hemicube::scene::builtin::Mesh;
+use hemicube::scene::{Lamp, Rgb, Scene, Sides, builtin, luminance};
 use hemicube::solution::{LightOptions, light};
 use hemicube::visibility::Bvh;
 
@@ -20,22 +22,11 @@ use hemicube::visibility::Bvh;
 type Sheet = ([DVec3; 3], f64, f64);
 
 fn scene(sheets: &[Sheet], lamp: Option<Lamp>) -> Scene {
-    let mut b = SceneBuilder::new("sheets");
-    let s = b.surface(Surface { name: "sheet".into(), node: 0, primitive: 0 });
-    for &([corner, u, v], rho, radiance) in sheets {
-        let m = b.material(Material {
-            reflectance: Rgb::splat(rho),
-            radiance: Rgb::splat(radiance),
-            ..Material::default()
-        });
-        let c = [corner, corner + u, corner + u + v, corner + v].map(|p| b.vertex(p));
-        b.triangle([c[0], c[1], c[2]], None, s, m, Sides::One);
-        b.triangle([c[0], c[2], c[3]], None, s, m, Sides::One);
-    }
-    if let Some(lamp) = lamp {
-        b.lamp(lamp);
-    }
-    b.finish()
+    let meshes: Vec<Mesh> = sheets.iter().map(|sheet| rectangle(sheet.0)).collect();
+    let materials = sheets.iter().map(|sheet| grey(sheet.1, sheet.2));
+    let mut scene = scene_of(meshes.iter().zip(materials), Sides::One);
+    scene.lamps.extend(lamp);
+    scene
 }
 
 /// Lights a scene with `samples` rays a row and `rays` a point.
@@ -71,7 +62,8 @@ fn ceiling(radiance: f64) -> Sheet {
     ([v(0.0, 1.0, 0.0), DVec3::X, DVec3::Z], 0.0, radiance)
 }
 
-/// Form factor from a point to a rectangle a x b, parallel at distance 1 and with a corner above it.
+/// Form factor from a point to a rectangle a x b, parallel at distance 1 and with a corner above
+/// it.
 fn parallel(a: f64, b: f64) -> f64 {
     let (p, q) = ((1.0 + a * a).sqrt(), (1.0 + b * b).sqrt());
     (a / p * (b / p).atan() + b / q * (a / q).atan()) / (2.0 * PI)

@@ -1,4 +1,5 @@
-//! Small pictures compared with those in `tests/golden`: shading, textures, camera, tone and export.
+//! Small pictures compared with those in `tests/golden`: shading, textures, camera, tone and
+//! export.
 //!
 //! Physics is tested elsewhere; a change of the picture that is meant is blessed by
 //! `HEMICUBE_BLESS=1 cargo test --release --test golden`, after a look at what it writes.
@@ -24,8 +25,8 @@ use hemicube::tone::{KEY, Tone};
 /// processors, and a pixel at an edge by more.
 const MEAN: f64 = 1.0;
 
-/// Largest mean absolute difference over any block of [`BLOCK`] × [`BLOCK`] pixels, of 255: a fault in
-/// one place is not hidden by the rest.
+/// Largest mean absolute difference over any block of [`BLOCK`] × [`BLOCK`] pixels, of 255: a fault
+/// in one place is not hidden by the rest.
 const WORST: f64 = 8.0;
 
 /// Pixels along a side of a block.

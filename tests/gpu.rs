@@ -4,8 +4,11 @@
 #![cfg(feature = "gpu")]
 #![allow(clippy::unwrap_used, clippy::panic, clippy::print_stderr)]
 
+mod common;
+
 use std::sync::{Arc, OnceLock};
 
+use common::scenes::lit_by_first;
 use glam::{DVec2, DVec3};
 use hemicube::engines::delta::DeltaFormFactors;
 use hemicube::engines::hemicube_gpu::Item;
@@ -14,9 +17,7 @@ use hemicube::form_factors::ONE;
 use hemicube::form_factors::{Row, Weights};
 use hemicube::patches::{PatchId, Patches, SplitCells, SurfacePoint};
 use hemicube::scene::builtin::Mesh;
-use hemicube::scene::{
-    Geometry, Material, SceneBuilder, Side, Sides, Surface, TriangleId, builtin,
-};
+use hemicube::scene::{Geometry, Side, Sides, TriangleId, builtin};
 use hemicube::visibility::{Bvh, Frame, uncover};
 
 const MEMORY: u64 = 256 << 20;
@@ -76,15 +77,9 @@ fn variation(n: usize, a: &Row, b: &Row) -> f64 {
     difference.iter().map(|d| d.abs()).sum::<f64>() / 2.0
 }
 
-fn solid(vertices: &[DVec3], triangles: &[[usize; 3]], sides: Sides) -> Geometry {
-    let mut b = SceneBuilder::new("test");
-    let m = b.material(Material::default());
-    let s = b.surface(Surface { name: "test".into(), node: 0, primitive: 0 });
-    let v: Vec<u32> = vertices.iter().map(|&p| b.vertex(p)).collect();
-    for t in triangles {
-        b.triangle(t.map(|i| v[i]), None, s, m, sides);
-    }
-    b.finish().geometry
+fn solid(vertices: &[DVec3], triangles: &[[u32; 3]], sides: Sides) -> Geometry {
+    let mesh = Mesh { vertices: vertices.to_vec(), triangles: triangles.to_vec() };
+    lit_by_first(&[&mesh], sides).geometry
 }
 
 /// The inside of a box. With unequal sides its walls are split to different levels.
@@ -94,7 +89,7 @@ fn hollow_box(size: DVec3) -> Geometry {
         .collect();
     let quads =
         [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]];
-    let triangles: Vec<[usize; 3]> =
+    let triangles: Vec<[u32; 3]> =
         quads.iter().flat_map(|&[p, q, r, t]| [[p, q, r], [p, r, t]]).collect();
     solid(&v, &triangles, Sides::One)
 }
@@ -167,7 +162,7 @@ fn both_sides_are_told_apart() {
                 + DVec3::splat(f64::from(layer) * 0.1)
         })
         .collect();
-    let t: Vec<[usize; 3]> =
+    let t: Vec<[u32; 3]> =
         [0, 4, 8].iter().flat_map(|&k| [[k, k + 1, k + 3], [k, k + 3, k + 2]]).collect();
     for sides in [Sides::One, Sides::Two] {
         let g = solid(&v, &t, sides);
@@ -185,8 +180,8 @@ fn both_sides_are_told_apart() {
     }
 }
 
-/// Counts the item buffer of a hemicube on the CPU: sums of all patches, environment, back. If `exact`,
-/// nothing parts any patch: a pixel that sees a patch belongs to it.
+/// Counts the item buffer of a hemicube on the CPU: sums of all patches, environment, back. If
+/// `exact`, nothing parts any patch: a pixel that sees a patch belongs to it.
 fn count(
     g: &Geometry,
     p: &Patches,
@@ -358,17 +353,9 @@ fn bad_resolutions_are_refused_as_on_the_cpu() {
 #[test]
 fn rows_of_clusters_are_those_of_the_processor() {
     let Some(gpu) = gpu() else { return };
-    let mut b = SceneBuilder::new("clusters");
-    let m = b.material(Material::default());
-    let s = b.surface(Surface { name: "clusters".into(), node: 0, primitive: 0 });
     let room = Mesh::cuboid(DVec3::splat(2.0), [8; 3]).inverted();
-    for mesh in [room, Mesh::geodesic(0.4, 8).at(0.1, 0.9, -0.2)] {
-        for t in &mesh.triangles {
-            let v = t.map(|v| b.vertex(mesh.vertices[v as usize]));
-            b.triangle(v, None, s, m, Sides::One);
-        }
-    }
-    let g = b.finish().geometry;
+    let ball = Mesh::geodesic(0.4, 8).at(0.1, 0.9, -0.2);
+    let g = lit_by_first(&[&room, &ball], Sides::One).geometry;
     let p = Patches::clustered(&g, 0.15, &[]).unwrap();
     assert!(p.has_clusters());
     let ids: Vec<PatchId> = p.ids().collect();

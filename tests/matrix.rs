@@ -1,4 +1,5 @@
-//! A closed matrix, written and read back, is what solvers take: energy is conserved to their residual.
+//! A closed matrix, written and read back, is what solvers take: energy is conserved to their
+//! residual.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
@@ -14,14 +15,19 @@ const REFLECTANCE: f64 = 0.7;
 
 #[test]
 fn solvers_conserve_energy_by_a_closed_matrix_read_back() {
+    let rays = EngineOptions::Rays(RaysOptions { samples: 256, ..RaysOptions::default() });
+    for engine in [MatrixOptions::default().engine, rays] {
+        conserves_energy(engine);
+    }
+}
+
+fn conserves_energy(engine: EngineOptions) {
     let scene = builtin::build("furnace").unwrap();
-    let rows = RaysOptions { samples: 256, ..RaysOptions::default() };
     let options = MatrixOptions {
         patch_size: Some(0.02),
-        engine: EngineOptions::Rays(rows),
+        engine,
         enclosure: true,
-        threshold: 0.0,
-        memory: 1 << 30,
+        ..MatrixOptions::default()
     };
     let matrix = make(&scene.geometry, &options, &Silent).unwrap();
     let folder = tempfile::tempdir().unwrap();
@@ -46,6 +52,6 @@ fn solvers_conserve_energy_by_a_closed_matrix_read_back() {
         let options = SolveOptions { method, tolerance: 1e-8, ..SolveOptions::default() };
         let (irradiance, _) = solve(&system, &options, &Silent).unwrap();
         let share = total(&irradiance) / expected;
-        assert!((share - Rgb::ONE).abs().max_element() < 1e-6, "{method:?}: {share}");
+        assert!((share - Rgb::ONE).abs().max_element() < 1e-6, "{engine:?} {method:?}: {share}");
     }
 }

@@ -1,4 +1,4 @@
-//! Fields of hemicubes and of rays against random paths, which know nothing of patches.
+//! Fields of every sensible engine against random paths, which know nothing of patches.
 
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 #![allow(clippy::print_stdout, reason = "figures for people, shown with --nocapture")]
@@ -7,16 +7,18 @@ mod common;
 
 use std::f64::consts::PI;
 
+use common::engines::Kind;
 use common::paths::irradiance;
 use glam::{DVec2, DVec3, dvec3};
-use hemicube::engines::EngineOptions;
-use hemicube::engines::{HemicubeOptions, RaysOptions};
+use hemicube::engines::Draw;
 use hemicube::patches::SurfacePoint;
 use hemicube::progress::Silent;
 use hemicube::scene::builtin::{self, FURNACE_REFLECTANCE};
 use hemicube::scene::{Rgb, Scene, Side};
 use hemicube::solution::{LightOptions, light};
 use hemicube::visibility::Bvh;
+
+const HEMICUBE: Kind = Kind::Hemicube(Draw::Sources);
 
 /// In the furnace every point has H = E / (1 - ρ): the mean must be that within four standard
 /// errors, and these must be what they are known to be.
@@ -52,10 +54,10 @@ fn the_number_of_threads_changes_no_bit() {
     assert!(run(1) == run(3));
 }
 
-/// Compares the fields of hemicubes and of rays with paths at points of surfaces, well away from
-/// borders of shadows, which patches blur. They may differ by the share `tolerance`, what patches of
-/// that size cost, and four standard errors.
-fn compare(scene: &Scene, patch_sizes: [f64; 2], points: &[DVec3], paths: u32, tolerance: f64) {
+/// Compares the fields of engines, each with its patch size, with paths at points of surfaces, well
+/// away from borders of shadows, which patches blur. They may differ by the fraction `tolerance`,
+/// what patches of that size cost, and four standard errors.
+fn compare(scene: &Scene, engines: &[(Kind, f64)], points: &[DVec3], paths: u32, tolerance: f64) {
     let bvh = Bvh::new(&scene.geometry);
     let truth: Vec<_> = points
         .iter()
@@ -66,19 +68,20 @@ fn compare(scene: &Scene, patch_sizes: [f64; 2], points: &[DVec3], paths: u32, t
             (place, point, irradiance(scene, &bvh, position, normal, paths))
         })
         .collect();
-    let rows = RaysOptions { samples: 1024, seed: 0 };
-    let engines = [EngineOptions::Hemicube(HemicubeOptions::default()), EngineOptions::Rays(rows)];
-    for (engine, patch_size) in engines.into_iter().zip(patch_sizes) {
-        let options =
-            LightOptions { patch_size: Some(patch_size), engine, ..LightOptions::default() };
+    for &(kind, patch_size) in engines {
+        let (patch_size, engine) = (Some(patch_size), kind.options());
+        let options = LightOptions { patch_size, engine, ..LightOptions::default() };
         let solution = light(scene, &options, &Silent).unwrap();
         let field = solution.field(scene);
         for &(place, point, (exact, error)) in &truth {
             let h = field.at(point);
             let off = 100.0 * (h / exact - Rgb::ONE);
-            println!("{place}: field {h:.3}, paths {exact:.3} ± {error:.3}: {off:.2} %");
+            println!("{kind:?} {place}: field {h:.3}, paths {exact:.3} ± {error:.3}: {off:.2} %");
             let allowed = tolerance * exact + 4.0 * error;
-            assert!((h - exact).abs().cmple(allowed).all(), "{place}: {h}, {exact} ± {error}");
+            assert!(
+                (h - exact).abs().cmple(allowed).all(),
+                "{kind:?} {place}: {h}, {exact} ± {error}"
+            );
         }
     }
 }
@@ -108,7 +111,8 @@ fn the_cornell_box_has_the_irradiance_of_its_paths() {
         dvec3(1.0, 5.488, 2.8),
     ];
     let scene = builtin::build("cornell-box").unwrap();
-    compare(&scene, [0.04, 0.04], &points, 1 << 21, 0.02);
+    let engines = [(HEMICUBE, 0.04), (Kind::Rays, 0.04), (Kind::Exact, 0.1)];
+    compare(&scene, &engines, &points, 1 << 21, 0.02);
 }
 
 #[test]
@@ -122,7 +126,7 @@ fn the_room_has_the_irradiance_of_its_paths() {
         dvec3(1.0, 3.0, 2.5),
     ];
     let scene = builtin::build("room").unwrap();
-    // A mean over a patch beside the bookcase is another thing than the view from its centre: patches
-    // for rays must be as small as what shades them.
-    compare(&scene, [0.06, 0.01], &points, 1 << 20, 0.03);
+    // A mean over a patch beside the bookcase is another thing than the view from its centre:
+    // patches for rays must be as small as what shades them.
+    compare(&scene, &[(HEMICUBE, 0.06), (Kind::Rays, 0.01)], &points, 1 << 20, 0.03);
 }

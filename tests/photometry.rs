@@ -1,7 +1,7 @@
 //! Lamps in closed cubes, for which the answer is known: CIE 171:2006 and others.
 //!
-//! In a closed room of one reflectance ρ and area S, with lamps of flux Φ in it, the mean irradiance
-//! of the walls is
+//! In a closed room of one reflectance ρ and area S, with lamps of flux Φ in it, the mean
+//! irradiance of the walls is
 //!
 //! ```text
 //! H = Φ / (S (1 - ρ))
@@ -14,7 +14,7 @@ use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3, Vec2Swizzles as _};
 use hemicube::engines::EngineOptions;
-use hemicube::engines::{Draw, HemicubeOptions, RaysOptions};
+use hemicube::engines::{Draw, ExactOptions, HemicubeOptions, RaysOptions};
 use hemicube::patches::{Patches, SurfacePoint};
 use hemicube::progress::Silent;
 use hemicube::scene::builtin::closed_room;
@@ -32,12 +32,13 @@ fn cube(size: f64, rho: f64, candela: f64) -> Scene {
     scene
 }
 
-/// Hemicubes, and rays.
-fn engines() -> [EngineOptions; 2] {
+/// Hemicubes, rays, and exact form factors.
+fn engines() -> [EngineOptions; 3] {
     let rows = RaysOptions { samples: 1024, seed: 0 };
     [
         EngineOptions::Hemicube(HemicubeOptions { resolution: 64, draw: Draw::Sources }),
         EngineOptions::Rays(rows),
+        EngineOptions::Exact(ExactOptions::default()),
     ]
 }
 
@@ -67,7 +68,7 @@ fn cie_171_case_5_8_interreflection_in_a_closed_cube() {
         let got = mean(&solution, |_, _| true);
         let error = got / (10_000.0 / (96.0 * 0.5)) - 1.0;
         println!("{} patches: {got:.3} lx, error {:.3} %", solution.patches.len(), 100.0 * error);
-        assert!(error.abs() < tolerance, "{got} lx");
+        assert!(error.abs() < tolerance, "{engine:?}: {got} lx");
     }
 }
 
@@ -112,8 +113,8 @@ fn diffuse(lumens: f64) -> Photometry {
 #[test]
 fn cube_of_khodulev_and_kopylov() {
     let scene = cube(10.0, 2.0 / 3.0, 50_000.0);
-    // Hemicubes see all walls alike, but for rounding; rays with noise.
-    for (engine, apart) in engines().into_iter().zip([0.005, 0.01]) {
+    // Hemicubes and exact factors see all walls alike, but for rounding; rays with noise.
+    for (engine, apart) in engines().into_iter().zip([0.005, 0.01, 0.005]) {
         cube_by(&scene, engine, apart);
     }
 }

@@ -3,6 +3,9 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 #![allow(clippy::print_stdout, reason = "figures for people, shown with --nocapture")]
 
+mod common;
+
+use common::scenes::{grey, lit_by_first, rectangle, scene_of};
 use glam::{DVec3, dvec3};
 use hemicube::direct::{Analytic, DirectOptions};
 use hemicube::engines::EngineOptions;
@@ -11,24 +14,9 @@ use hemicube::form_factors::Row;
 use hemicube::patches::{PatchId, Patches};
 use hemicube::progress::Silent;
 use hemicube::scene::builtin::{self, Mesh};
-use hemicube::scene::{Material, Rgb, Scene, SceneBuilder, Sides, Surface};
+use hemicube::scene::{Scene, Sides};
 use hemicube::solution::{LightOptions, Solution, light};
 use hemicube::visibility::Bvh;
-
-/// Meshes with their radiance and reflectance.
-fn scene_of(meshes: &[(Mesh, f64, f64)]) -> Scene {
-    let mut b = SceneBuilder::new("test");
-    for (k, (mesh, radiance, rho)) in meshes.iter().enumerate() {
-        let (radiance, reflectance) = (Rgb::splat(*radiance), Rgb::splat(*rho));
-        let material = b.material(Material { radiance, reflectance, ..Material::default() });
-        let surface = b.surface(Surface { name: format!("mesh {k}"), node: 0, primitive: 0 });
-        let vertices: Vec<u32> = mesh.vertices.iter().map(|&v| b.vertex(v)).collect();
-        for t in &mesh.triangles {
-            b.triangle(t.map(|v| vertices[v as usize]), None, surface, material, Sides::One);
-        }
-    }
-    b.finish()
-}
 
 fn lit(scene: &Scene, size: f64, rows: RaysOptions, direct: DirectOptions) -> Solution {
     let options = LightOptions {
@@ -42,12 +30,13 @@ fn lit(scene: &Scene, size: f64, rows: RaysOptions, direct: DirectOptions) -> So
 
 /// A room with a lamp of many facets, a glowing panel and a box that shades.
 fn room_with_lamps() -> Scene {
-    scene_of(&[
-        (Mesh::cuboid(dvec3(4.0, 2.5, 3.0), [1; 3]).inverted(), 0.0, 0.6),
-        (Mesh::geodesic(0.2, 4).at(0.9, 1.7, 0.4), 10.0, 0.8),
-        (Mesh::cuboid(dvec3(0.8, 0.02, 0.3), [1; 3]).at(-0.8, 2.2, -0.3), 20.0, 0.8),
-        (Mesh::cuboid(dvec3(0.7, 0.9, 0.6), [1; 3]).turned(20.0).at(0.2, 0.3, 0.0), 0.0, 0.5),
-    ])
+    let parts = [
+        (Mesh::cuboid(dvec3(4.0, 2.5, 3.0), [1; 3]).inverted(), grey(0.6, 0.0)),
+        (Mesh::geodesic(0.2, 4).at(0.9, 1.7, 0.4), grey(0.8, 10.0)),
+        (Mesh::cuboid(dvec3(0.8, 0.02, 0.3), [1; 3]).at(-0.8, 2.2, -0.3), grey(0.8, 20.0)),
+        (Mesh::cuboid(dvec3(0.7, 0.9, 0.6), [1; 3]).turned(20.0).at(0.2, 0.3, 0.0), grey(0.5, 0.0)),
+    ];
+    scene_of(parts.iter().map(|(mesh, material)| (mesh, material.clone())), Sides::One)
 }
 
 /// Area-weighted mean of H, and RMS of differences over it.
@@ -85,22 +74,18 @@ fn reflecting_emitters_give_the_same_light_whichever_are_set_apart() {
     }
 }
 
+/// The form factor between unit squares that face each other at distance 1.
+const OPPOSITE: f64 = 0.199_824_895_7;
+
+fn opposite_squares() -> Scene {
+    let floor = rectangle([DVec3::ZERO, DVec3::X, DVec3::Y]);
+    let above = rectangle([DVec3::Z, DVec3::Y, DVec3::X]);
+    lit_by_first(&[&floor, &above], Sides::One)
+}
+
 #[test]
 fn rows_meet_analytic_factors_within_four_standard_errors() {
-    let floor = Mesh::from_quads(
-        vec![DVec3::ZERO, dvec3(1.0, 0.0, 0.0), dvec3(1.0, 1.0, 0.0), dvec3(0.0, 1.0, 0.0)],
-        &[[0, 1, 2, 3]],
-    );
-    let above = Mesh::from_quads(
-        vec![
-            dvec3(0.0, 0.0, 1.0),
-            dvec3(0.0, 1.0, 1.0),
-            dvec3(1.0, 1.0, 1.0),
-            dvec3(1.0, 0.0, 1.0),
-        ],
-        &[[0, 1, 2, 3]],
-    );
-    let scene = scene_of(&[(floor, 1.0, 0.5), (above, 0.0, 0.5)]);
+    let scene = opposite_squares();
     let g = &scene.geometry;
     let (patches, bvh) = (Patches::uniform(g, 1.0).unwrap(), Bvh::new(g));
     let mut found = Vec::new();
@@ -119,13 +104,13 @@ fn rows_meet_analytic_factors_within_four_standard_errors() {
     let variance = found.iter().map(|f| (f - mean).powi(2)).sum::<f64>() / (n - 1.0);
     let error = (variance / n).sqrt();
     println!("opposite squares: {mean:.6} +- {error:.6}");
-    assert!((mean - 0.199_824_895_7).abs() < 4.0 * error, "{mean} {error}");
+    assert!((mean - OPPOSITE).abs() < 4.0 * error, "{mean} {error}");
     // Random rays would have .0177; an even sequence has a fraction of it.
     assert!(variance.sqrt() < 0.012, "{}", variance.sqrt());
 }
 
 #[test]
-fn a_row_ends_on_no_backs_in_a_closed_room_and_halves_are_independent() {
+fn a_row_ends_on_no_backs_in_a_closed_room() {
     let scene = room_with_lamps();
     let g = &scene.geometry;
     let (patches, bvh) = (Patches::uniform(g, 0.05).unwrap(), Bvh::new(g));
@@ -135,7 +120,37 @@ fn a_row_ends_on_no_backs_in_a_closed_room_and_halves_are_independent() {
     rays.fill(&ids, &mut rows).unwrap();
     let lost: f64 = rows.iter().map(|r| r.back + r.environment).sum::<f64>() / rows.len() as f64;
     assert!(lost <= 1e-5, "{lost}");
-    assert!(rows.iter().all(|r| r.columns[..r.half] != r.columns[r.half..]));
+}
+
+/// The errors of both halves of many rows are uncorrelated, and each is no larger than that of
+/// random rays.
+#[test]
+fn halves_of_a_row_err_independently() {
+    const SEEDS: u32 = 256;
+    let scene = opposite_squares();
+    let g = &scene.geometry;
+    let (patches, bvh) = (Patches::uniform(g, 1.0).unwrap(), Bvh::new(g));
+    let (mut both, mut each, mut count) = (0.0, [0.0; 2], 0.0);
+    for seed in 0..SEEDS {
+        let mut rays = Rays::new(g, &patches, &bvh, RaysOptions { samples: 256, seed });
+        let mut rows = vec![Row::default(); 2];
+        rays.fill(&[PatchId(0), PatchId(1)], &mut rows).unwrap();
+        for row in rows {
+            let halves = [row.half, row.columns.len() - row.half];
+            let [a, b] = halves.map(|hits| hits as f64 / 128.0 - OPPOSITE);
+            both += a * b;
+            each[0] += a * a;
+            each[1] += b * b;
+            count += 1.0;
+        }
+    }
+    let correlation = both / (each[0] * each[1]).sqrt();
+    let deviations = each.map(|e| (e / count).sqrt());
+    println!("errors of halves {deviations:.4?}, correlation {correlation:.3}");
+    let random = (OPPOSITE * (1.0 - OPPOSITE) / 128.0).sqrt();
+    assert!(deviations.iter().all(|&d| d > 0.0 && d < random), "{deviations:?}");
+    // Four standard errors of the correlation of independent numbers.
+    assert!(correlation.abs() < 4.0 / count.sqrt(), "{correlation}");
 }
 
 #[test]

@@ -24,8 +24,8 @@ fn options(patch_size: f64, samples: usize, seed: u32) -> LightOptions {
     }
 }
 
-/// Points all over the usable surface, as many to an area everywhere, contacts and borders of shadows
-/// included.
+/// Points all over the usable surface, as many to an area everywhere, contacts and borders of
+/// shadows included.
 fn scattered(scene: &Scene, solution: &Solution, count: usize) -> Vec<(PatchId, SurfacePoint)> {
     let patches = &solution.patches;
     let usable: Vec<PatchId> = patches.ids().filter(|i| solution.usable[i.index()]).collect();
@@ -125,7 +125,8 @@ fn a_furnace_is_known_to_be_even() {
     let solution = light(&scene, &options(0.02, 1024, 0), &Silent).unwrap();
     let field = solution.field(&scene);
     let known = Uncertainty::of(&scene.geometry, &solution, &field);
-    // Nothing to blur; and no noise but where a wall is set apart in one part and left to rays in another.
+    // Nothing to blur; and no noise but where a wall is set apart in one part and left to rays in
+    // another.
     assert!(known.report(&solution).total < 1e-2, "{:?}", known.report(&solution));
 }
 

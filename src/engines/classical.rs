@@ -309,6 +309,12 @@ mod tests {
             let others = ids.iter().filter(|j| wall(**j) != wall(*i)).count();
             assert_eq!(row.columns.len(), others);
             assert!(row.lost.abs() < 1e-6, "{}", row.lost);
+            let cell = p.cell(*i);
+            let (centre, normal) = (p.center(*i).position(&g), g.normal(cell.triangle, cell.side));
+            for (j, factor) in row.entries() {
+                let exact = point_to_polygon(centre, normal, &p.cell(j).corners(&g));
+                assert!((factor / exact - 1.0).abs() < 1e-6, "{i:?} {j:?}: {factor} {exact}");
+            }
         }
     }
 }

@@ -132,23 +132,20 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::scene::{Material, SceneBuilder, Sides, Surface};
+    use crate::scene::builtin::Mesh;
+    use crate::scene::{Material, SceneBuilder, Sides};
     use crate::visibility::Bodies;
 
     /// The inside of a unit cube.
     fn cube() -> Geometry {
+        let corner = |i: u32| DVec3::new((i & 1).into(), (i >> 1 & 1).into(), (i >> 2 & 1).into());
+        let cube = Mesh::from_quads(
+            (0..8).map(corner).collect(),
+            &[[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]],
+        );
         let mut b = SceneBuilder::new("cube");
         let m = b.material(Material::default());
-        let s = b.surface(Surface { name: "cube".into(), node: 0, primitive: 0 });
-        let v: Vec<u32> = (0..8_u32)
-            .map(|i| b.vertex(DVec3::new((i & 1).into(), (i >> 1 & 1).into(), (i >> 2 & 1).into())))
-            .collect();
-        for [p, q, r, t] in
-            [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
-        {
-            b.triangle([v[p], v[q], v[r]], None, s, m, Sides::One);
-            b.triangle([v[p], v[r], v[t]], None, s, m, Sides::One);
-        }
+        b.mesh("cube", &cube.vertices, &cube.triangles, m, Sides::One);
         b.finish().geometry
     }
 
@@ -193,6 +190,12 @@ mod tests {
             let ids: Vec<PatchId> = p.ids().step_by(p.len() / 150).collect();
             let mut rows = [vec![Row::default(); ids.len()], vec![Row::default(); ids.len()]];
             engine.fill(&ids, &mut rows[0]).unwrap();
+            let hides = |&id: &PatchId| {
+                let mut hidden = Vec::new();
+                engine.model.bodies.hide(p.origin(id).position(&g), None, &mut hidden);
+                hidden.contains(&true)
+            };
+            assert!(ids.iter().any(hides), "{name}: nothing is left out");
             engine.model.bodies = Bodies::none(engine.model.occluders.len());
             engine.fill(&ids, &mut rows[1]).unwrap();
             for ((a, b), &id) in rows[0].iter().zip(&rows[1]).zip(&ids) {

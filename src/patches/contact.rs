@@ -226,24 +226,21 @@ impl Line {
 mod tests {
     use super::super::point::side_index;
     use super::*;
-    use crate::scene::{Material, SceneBuilder, Sides, Surface};
+    use crate::scene::{Material, SceneBuilder, Sides};
 
     #[test]
     fn a_wall_parts_the_floor_it_stands_on_and_only_its_upper_side() {
         let mut b = SceneBuilder::new("wall");
         let m = b.material(Material::default());
-        let s = b.surface(Surface { name: "wall".into(), node: 0, primitive: 0 });
-        let p = [
+        let vertices = [
             DVec3::new(-2.0, 0.0, -2.0),
             DVec3::new(-2.0, 0.0, 6.0),
             DVec3::new(6.0, 0.0, -2.0),
             DVec3::new(0.5, 0.0, -1.0),
             DVec3::new(0.5, 0.0, 1.0),
             DVec3::new(0.5, 2.0, 0.0),
-        ]
-        .map(|p| b.vertex(p));
-        b.triangle([p[0], p[1], p[2]], None, s, m, Sides::Two);
-        b.triangle([p[3], p[4], p[5]], None, s, m, Sides::Two);
+        ];
+        b.mesh("floor and wall", &vertices, &[[0, 1, 2], [3, 4, 5]], m, Sides::Two);
         let g = b.finish().geometry;
         let lines = ContactLines::find(&g);
         let floor = TriangleId(0);

@@ -2,15 +2,13 @@ use glam::{DVec2, DVec3};
 
 use super::*;
 use crate::scene::{Geometry, Side, TriangleId};
-use crate::scene::{Material, SceneBuilder, Sides, Surface};
+use crate::scene::{Material, SceneBuilder, Sides};
 
 fn triangle(sides: Sides) -> Geometry {
     let mut b = SceneBuilder::new("triangle");
     let m = b.material(Material::default());
-    let s = b.surface(Surface { name: "t".into(), node: 0, primitive: 0 });
-    let v =
-        [DVec3::ZERO, DVec3::new(2.0, 0.0, 0.0), DVec3::new(0.5, 3.0, 1.0)].map(|p| b.vertex(p));
-    b.triangle(v, None, s, m, sides);
+    let corners = [DVec3::ZERO, DVec3::new(2.0, 0.0, 0.0), DVec3::new(0.5, 3.0, 1.0)];
+    b.mesh("triangle", &corners, &[[0, 1, 2]], m, sides);
     b.finish().geometry
 }
 

@@ -303,24 +303,28 @@ fn meets([p, q]: [DVec3; 2], [a, b, c]: [DVec3; 3]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Material, SceneBuilder, Sides, Surface};
+    use crate::scene::builtin::Mesh;
+    use crate::scene::{Material, SceneBuilder, Sides};
 
     /// Boxes (centre, half the edge length); negative lengths turn the faces inwards.
     fn boxes(all: &[(DVec3, f64)]) -> (Geometry, Bodies) {
         let mut b = SceneBuilder::new("boxes");
         let m = b.material(Material::default());
-        let s = b.surface(Surface { name: "box".into(), node: 0, primitive: 0 });
         for &(centre, half) in all {
-            let corner = |i: u32, n: u32| if i >> n & 1 == 1 { half } else { -half };
-            let v: Vec<u32> = (0..8)
-                .map(|i| b.vertex(centre + DVec3::new(corner(i, 0), corner(i, 1), corner(i, 2))))
-                .collect();
-            for [p, q, r, t] in
-                [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
-            {
-                b.triangle([v[p], v[q], v[r]], None, s, m, Sides::One);
-                b.triangle([v[p], v[r], v[t]], None, s, m, Sides::One);
-            }
+            let at = |i: u32, n: u32| if i >> n & 1 == 1 { half } else { -half };
+            let corner = |i: u32| centre + DVec3::new(at(i, 0), at(i, 1), at(i, 2));
+            let mesh = Mesh::from_quads(
+                (0..8).map(corner).collect(),
+                &[
+                    [0, 2, 3, 1],
+                    [4, 5, 7, 6],
+                    [0, 1, 5, 4],
+                    [2, 6, 7, 3],
+                    [0, 4, 6, 2],
+                    [1, 3, 7, 5],
+                ],
+            );
+            b.mesh("box", &mesh.vertices, &mesh.triangles, m, Sides::One);
         }
         let geometry = b.finish().geometry;
         let bodies = crate::visibility::Occluders::new(&geometry).bodies(&geometry);
@@ -360,20 +364,13 @@ mod tests {
         let bowtie = [[0.0, 0.0], [1.0, 1.0], [1.0, 0.0], [0.0, 1.0]];
         let mut b = SceneBuilder::new("bow tie");
         let m = b.material(Material::default());
-        let s = b.surface(Surface { name: "prism".into(), node: 0, primitive: 0 });
-        let v: Vec<u32> = [0.0, 1.0]
-            .iter()
-            .flat_map(|&z| bowtie.map(|[x, y]| DVec3::new(x, y, z)))
-            .map(|p| b.vertex(p))
-            .collect();
-        for k in 0..4 {
-            let (p, q) = (k, (k + 1) % 4);
-            b.triangle([v[p], v[q], v[q + 4]], None, s, m, Sides::One);
-            b.triangle([v[p], v[q + 4], v[p + 4]], None, s, m, Sides::One);
+        let vertices: Vec<DVec3> =
+            [0.0, 1.0].iter().flat_map(|&z| bowtie.map(|[x, y]| DVec3::new(x, y, z))).collect();
+        let mut triangles = vec![[0, 2, 1], [0, 3, 2], [4, 5, 6], [4, 6, 7]];
+        for (p, q) in (0..4).map(|k| (k, (k + 1) % 4)) {
+            triangles.extend([[p, q, q + 4], [p, q + 4, p + 4]]);
         }
-        for [p, q, r] in [[0, 2, 1], [0, 3, 2], [4, 5, 6], [4, 6, 7]] {
-            b.triangle([v[p], v[q], v[r]], None, s, m, Sides::One);
-        }
+        b.mesh("prism", &vertices, &triangles, m, Sides::One);
         let geometry = b.finish().geometry;
         let crossing = crate::visibility::Occluders::new(&geometry).bodies(&geometry);
         assert!(crossing.bodies.is_empty());

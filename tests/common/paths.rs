@@ -23,8 +23,8 @@ const BLOCK: u32 = 4096;
 /// Rays in a packet.
 const LANES: usize = 16;
 
-/// Irradiance (W/m² or lx) at a point (m) on or before a surface of that unit normal, as a mean over
-/// `paths` paths, and the standard error of the mean.
+/// Irradiance (W/m² or lx) at a point (m) on or before a surface of that unit normal, as a mean
+/// over `paths` paths, and the standard error of the mean.
 ///
 /// Emitting surfaces and the sky count; lamps do not, as no path lands on them. The same for any
 /// number of threads.

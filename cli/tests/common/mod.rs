@@ -7,11 +7,15 @@
     reason = "each test file uses a part of it"
 )]
 
+pub mod matrix;
+pub mod picture;
+
 use std::fs;
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::{Command, Stdio};
 
+use picture::Picture;
 use tempfile::TempDir;
 
 /// What is fast enough to run often.
@@ -84,6 +88,11 @@ impl Bench {
         self.run(&[&["render", scene][..], &SMALL, more].concat())
     }
 
+    /// A picture that the program wrote.
+    pub fn picture(&self, name: &str) -> Picture {
+        Picture::read(&self.path(name))
+    }
+
     /// The names of all that lies in the folder.
     pub fn files(&self) -> Vec<String> {
         let mut names: Vec<String> = fs::read_dir(self.folder.path())
@@ -112,14 +121,6 @@ impl Outcome {
         }
         self
     }
-}
-
-/// Width and height of a complete PNG.
-pub fn png_size(path: &Path) -> (u32, u32) {
-    let bytes = fs::read(path).unwrap();
-    assert!(bytes.starts_with(b"\x89PNG\r\n\x1a\n") && bytes.ends_with(b"IEND\xaeB\x60\x82"));
-    let at = |i: usize| u32::from_be_bytes(bytes[i..i + 4].try_into().unwrap());
-    (at(16), at(20))
 }
 
 /// The inside of a closed 2 m cube in two materials, without an emitter.

@@ -1,6 +1,6 @@
 use super::*;
 use crate::scene::builtin::{Mesh, closed_room};
-use crate::scene::{Material, Photometry, SceneBuilder, Side, Sides, Surface};
+use crate::scene::{Material, Photometry, SceneBuilder, Side, Sides};
 use std::f64::consts::PI;
 
 fn point_lamp(position: DVec3, candela: f64) -> Lamp {
@@ -13,11 +13,9 @@ fn point_lamp(position: DVec3, candela: f64) -> Lamp {
 fn lit(rectangles: &[[DVec3; 3]], lamp: Lamp) -> (Scene, Patches, Vec<Rgb>) {
     let mut b = SceneBuilder::new("lamp");
     let m = b.material(Material::default());
-    let s = b.surface(Surface { name: "rectangle".into(), node: 0, primitive: 0 });
     for [corner, e, f] in rectangles {
-        let v = [*corner, corner + e, corner + e + f, corner + f].map(|p| b.vertex(p));
-        b.triangle([v[0], v[1], v[2]], None, s, m, Sides::Two);
-        b.triangle([v[0], v[2], v[3]], None, s, m, Sides::Two);
+        let corners = [*corner, corner + e, corner + e + f, corner + f];
+        b.mesh("rectangle", &corners, &[[0, 1, 2], [0, 2, 3]], m, Sides::Two);
     }
     b.lamp(lamp);
     let scene = b.finish();
@@ -154,11 +152,7 @@ fn nothing_shadows_itself() {
     let ball = Mesh::geodesic(1.0, 6);
     let mut b = SceneBuilder::new("ball");
     let m = b.material(Material::default());
-    let s = b.surface(Surface { name: "ball".into(), node: 0, primitive: 0 });
-    let v: Vec<u32> = ball.vertices.iter().map(|&v| b.vertex(v)).collect();
-    for t in &ball.triangles {
-        b.triangle(t.map(|i| v[i as usize]), None, s, m, Sides::Two);
-    }
+    b.mesh("ball", &ball.vertices, &ball.triangles, m, Sides::Two);
     let ball = b.finish();
     let lamps = [(place(0.7 * DVec3::Y), Side::Front), (place(-0.7 * DVec3::Y), Side::Back)];
     let outside = (DVec3::new(2.0, 1.0, -3.0), Side::Front);

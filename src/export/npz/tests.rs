@@ -179,7 +179,7 @@ fn what_was_written_reads_back_and_what_is_broken_does_not() {
     assert_eq!(stored.values, [0.5, 1e-7, 0.25]);
     assert_eq!((stored.environment[2], stored.back[2]), (0.25, 0.25));
     assert_eq!(stored.origin.scene, "s");
-    for length in (0..whole.len()).step_by(17) {
+    for length in 0..whole.len() {
         read(&whole[..length]).unwrap_err();
     }
     for at in 0..whole.len() {

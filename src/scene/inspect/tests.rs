@@ -128,7 +128,7 @@ fn nothing_and_nonsense_do_not_stall() {
 }
 
 #[test]
-fn a_fine_flat_grid_is_fast_and_without_overlaps() {
+fn a_fine_flat_grid_overlaps_only_what_lies_under_it() {
     let n = 60;
     let at = |i: i32, j: i32| [f64::from(i) / f64::from(n), 0.0, f64::from(j) / f64::from(n)];
     let mut triangles = Vec::new();

@@ -102,8 +102,8 @@ fn every_form_holds_the_same_mesh() {
 #[test]
 fn truncated_files_are_refused_at_every_length() {
     for bytes in files() {
-        let header = bytes.len() - 2;
-        for length in (1..header).step_by(7).chain([header]) {
+        // The last byte of the text is but the end of its line.
+        for length in 1..=bytes.len() - 2 {
             let message = read(&bytes[..length]).unwrap_err();
             let reason =
                 ["cut off", "fewer numbers", "not how a PLY file begins", "not understood"];

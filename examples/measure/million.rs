@@ -18,9 +18,7 @@ use hemicube::progress::Silent;
 use hemicube::reconstruct::Field;
 use hemicube::render::{PictureOptions, Renderer, viewpoint};
 use hemicube::scene::builtin::Mesh;
-use hemicube::scene::{
-    ImportOptions, Material, Rgb, Scene, SceneBuilder, Sides, Surface, inspect, load,
-};
+use hemicube::scene::{ImportOptions, Material, Rgb, Scene, SceneBuilder, Sides, inspect, load};
 use hemicube::visibility::{Bvh, Occluders, uncover};
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -100,11 +98,7 @@ fn room(triangles: u32) -> Scene {
             radiance: Rgb::splat(radiance),
             ..Material::default()
         });
-        let surface = b.surface(Surface { name: name.into(), node: 0, primitive: 0 });
-        let vertices: Vec<u32> = mesh.vertices.iter().map(|&v| b.vertex(v)).collect();
-        for t in &mesh.triangles {
-            b.triangle(t.map(|v| vertices[v as usize]), None, surface, material, Sides::One);
-        }
+        b.mesh(name, &mesh.vertices, &mesh.triangles, material, Sides::One);
     }
     b.finish()
 }
