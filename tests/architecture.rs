@@ -205,8 +205,8 @@ fn lines_are_narrow() {
     allow(&wide, STILL_WIDE);
 }
 
-/// The numbers of lines with more than [`WIDEST`] columns; in Markdown those that can be broken: not
-/// tables, nor blocks of code, nor what is short but for the targets of links.
+/// The numbers of lines with more than [`WIDEST`] columns; in Markdown those that can be broken:
+/// not tables, nor blocks of code, nor what is short but for the targets of links.
 fn wide_lines(text: &str, markdown: bool) -> Vec<usize> {
     let mut in_code = false;
     let mut wide = Vec::new();
