@@ -13,7 +13,6 @@
 //! whole ones ([`Patches::clustered`]); each of its members then looks up to the same id.
 
 mod adaptive;
-mod box_tree;
 mod cell;
 mod clustered;
 mod contact;
@@ -30,7 +29,6 @@ mod territory;
 mod tests;
 
 pub use adaptive::SplitCells;
-pub(crate) use box_tree::BoxTree;
 pub use cell::Cell;
 pub use clustered::{MAX_ANGLE, MAX_DIAMETER};
 pub use mesh::Patches;
