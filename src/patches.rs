@@ -13,7 +13,6 @@
 //! whole ones ([`Patches::clustered`]); each of its members then looks up to the same id.
 
 mod adaptive;
-mod box_tree;
 mod cell;
 mod clustered;
 mod contact;
@@ -23,7 +22,6 @@ mod fragments;
 mod members;
 mod mesh;
 mod point;
-mod sets;
 mod split;
 mod subdivide;
 mod territory;
@@ -31,11 +29,9 @@ mod territory;
 mod tests;
 
 pub use adaptive::SplitCells;
-pub(crate) use box_tree::BoxTree;
 pub use cell::Cell;
 pub use clustered::{MAX_ANGLE, MAX_DIAMETER};
 pub use mesh::Patches;
 pub use point::{PatchId, SurfacePoint, at_barycentric, side_index};
-pub(crate) use sets::Sets;
 pub(crate) use split::level_for;
 pub use split::{MAX_LEVEL, MAX_PATCHES, PatchesError, Split};

@@ -1,9 +1,12 @@
 //! What the user gives: geometry, optics, lamps, sky, cameras, and what is doubtful about them.
 
 mod arrays;
+pub(crate) mod box_tree;
 mod builder;
 pub mod builtin;
 mod camera;
+pub(crate) mod clip;
+pub(crate) mod disjoint_sets;
 pub(crate) mod edges;
 mod finding;
 mod footprint;

@@ -7,7 +7,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::box_tree::BoxTree;
+use crate::scene::box_tree::{Bounds, map_overlaps};
 use crate::scene::{Geometry, Side, TriangleId};
 
 /// A segment of contact in the coordinates `uv` of a source triangle.
@@ -38,16 +38,12 @@ impl ContactLines {
         let solid: Vec<TriangleId> = geometry.ids().filter(|&t| geometry.is_solid(t)).collect();
         let size = geometry.bounds().map_or(0.0, |(low, high)| (high - low).length());
         let reach = TOUCH * size;
-        let tree = BoxTree::new(
-            solid
-                .iter()
-                .map(|&t| {
-                    let [a, b, c] = geometry.corners(t);
-                    (a.min(b).min(c) - reach, a.max(b).max(c) + reach)
-                })
-                .collect(),
-        );
-        let found = tree.map_overlaps(|i, near| {
+        let bounds = |&t: &TriangleId| {
+            let [a, b, c] = geometry.corners(t);
+            (a.min(b).min(c) - reach, a.max(b).max(c) + reach)
+        };
+        let boxes: Vec<Bounds> = solid.iter().map(bounds).collect();
+        let found = map_overlaps(&boxes, |i, near| {
             let mut sides = [Contacts::default(), Contacts::default()];
             for &k in near {
                 touch(geometry, solid[i], solid[k as usize], reach, &mut sides);

@@ -11,6 +11,7 @@ use super::cell::Cell;
 use super::fragments::{Fragment, Fragments};
 use super::mesh::Patches;
 use super::point::{PatchId, SurfacePoint, side_index};
+use crate::scene::clip::crossing;
 
 /// Parts of several owners are split so often.
 const SPLITS: u32 = 4;
@@ -147,11 +148,11 @@ fn cut(polygon: Vec<DVec2>, [from, to]: [DVec2; 2], thin: f64) -> [Option<Vec<DV
         if h <= 0.0 {
             parts[1].push(p);
         }
-        let on = if h * g < 0.0 { p + (q - p) * (h / (h - g)) } else { p };
-        if h * g < 0.0 {
+        let crossing = crossing((p, h), (q, g));
+        if let Some(on) = crossing {
             parts.iter_mut().for_each(|part| part.push(on));
         }
-        if h * g < 0.0 || h == 0.0 {
+        if let Some(on) = crossing.or((h == 0.0).then_some(p)) {
             let at = along.dot(on - from);
             crossed = [crossed[0].min(at), crossed[1].max(at)];
         }

@@ -1,6 +1,7 @@
 //! Which edges of source triangles are smooth.
 
-use crate::patches::{Patches, Sets, side_index};
+use crate::patches::{Patches, side_index};
+use crate::scene::disjoint_sets::DisjointSets;
 use crate::scene::edges::{EdgeUse, edge_uses, shared};
 use crate::scene::{Geometry, Side, TriangleId};
 
@@ -42,7 +43,7 @@ impl Topology {
             corners: Vec::new(),
             classes: 0,
         };
-        let mut classes = Sets::new(3 * sides);
+        let mut sets = DisjointSets::new(3 * sides);
         let (uses, _) = edge_uses(geometry);
         for ends in shared(&uses) {
             let pairs = pairs_of(geometry, patches, ends);
@@ -69,7 +70,7 @@ impl Topology {
                                 me.edges[p][usize::from(far.k)] =
                                     ChainUse { edge, reversed: far.reversed };
                                 for (a, b) in corners(end).into_iter().zip(corners(far)) {
-                                    classes.join((3 * s + a) as u32, (3 * p + b) as u32);
+                                    sets.join((3 * s + a) as u32, (3 * p + b) as u32);
                                 }
                             }
                         }
@@ -86,7 +87,7 @@ impl Topology {
         me.corners = (0..sides)
             .map(|s| {
                 [0, 1, 2].map(|k| {
-                    let root = classes.find((3 * s + k) as u32) as usize;
+                    let root = sets.find((3 * s + k) as u32) as usize;
                     if class[root] == u32::MAX && level(s).is_some() {
                         class[root] = me.classes;
                         me.classes += 1;

@@ -52,7 +52,8 @@ const BUILTINS: &[Builtin] = &[
     },
     Builtin {
         name: "paper-3",
-        summary: "a tall hall with eight simple objects, a torus knot and four lights, two of them finely shaped",
+        summary: "a tall hall with eight simple objects, a torus knot and four lights, two of them \
+                  finely shaped",
         make: paper::paper_3,
     },
 ];

@@ -5,6 +5,8 @@
 
 use glam::DVec2;
 
+use super::clip::clip;
+
 /// How large a footprint is, in texels.
 pub struct Size {
     /// Area.
@@ -100,20 +102,12 @@ impl Convex {
         })
     }
 
-    /// The part at or above (or below) a coordinate (Sutherland and Hodgman 1974).
+    /// The part at or above (or below) a coordinate.
     fn cut(&self, axis: usize, at: f64, above: bool) -> Self {
-        let mut out = Self { points: [DVec2::ZERO; 8], count: 0 };
-        let inside = |p: DVec2| if above { p[axis] >= at } else { p[axis] <= at };
-        for (i, &p) in self.points().iter().enumerate() {
-            let q = self.points()[(i + 1) % self.count];
-            if inside(p) {
-                out.push(p);
-            }
-            if inside(p) != inside(q) {
-                out.push(p + (q - p) * ((at - p[axis]) / (q[axis] - p[axis])));
-            }
-        }
-        out
+        let mut part = Self { points: [DVec2::ZERO; 8], count: 0 };
+        let height = |p: DVec2| if above { p[axis] - at } else { at - p[axis] };
+        clip(self.points(), height, |p| part.push(p));
+        part
     }
 
     fn push(&mut self, p: DVec2) {

@@ -4,9 +4,13 @@
 //! lengths and offsets are checked here, so that a broken file is an error with a place.
 
 mod accessor;
+#[cfg(test)]
+mod broken_tests;
 mod container;
 mod document;
 mod material;
+#[cfg(test)]
+mod material_tests;
 mod mesh;
 mod node;
 #[cfg(test)]

@@ -155,7 +155,10 @@ impl<'a, W: Iterator<Item = (usize, &'a str)>> Numbers<'_, W> {
             let factor = self.number("a tilt factor")?;
             if factor != 1.0 {
                 return Err(self.wrong(
-                    format!("the light depends on the tilt (a factor of {factor}), which is not supported"),
+                    format!(
+                        "the light depends on the tilt (a factor of {factor}), which is not \
+                         supported"
+                    ),
                     "write TILT=NONE in place of the tilt data to leave it out of account",
                 ));
             }

@@ -190,8 +190,8 @@ fn t_vertices(g: &Geometry, found: &edges::TVertices) -> Finding {
         Severity::Note,
         place(g, found.first, found.at),
         format!(
-            "{at_least}{} on another triangle's edge without being its corner; light may leak or shade \
-             unevenly there",
+            "{at_least}{} on another triangle's edge without being its corner; light may leak or \
+             shade unevenly there",
             count(found.count, "vertex lies", "vertices lie")
         ),
         "split the edge at the vertex, or merge by distance in the modeller",

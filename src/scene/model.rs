@@ -38,8 +38,8 @@ pub struct Scene {
 const GAIN: f64 = 1.02;
 
 impl Scene {
-    /// Lets the point and spot lamps of that name shine as `photometry` says, in cd. They keep their
-    /// colour, but neither their intensity nor their cone. Returns whether there are any.
+    /// Lets the point and spot lamps of that name shine as `photometry` says, in cd. They keep
+    /// their colour, but neither their intensity nor their cone. Returns whether there are any.
     pub fn set_photometry(&mut self, lamp: &str, photometry: Photometry) -> bool {
         let photometry = Arc::new(photometry);
         let mut any = false;

@@ -1,8 +1,8 @@
 //! How the intensity of a luminaire depends on direction: type C photometry.
 //!
-//! Half-planes C through the luminaire's axis are counted in degrees from plane C0, counter-clockwise
-//! seen from above; angles γ in each of them from straight down (0°, the nadir) to straight up (180°)
-//! (CIE 121-1996; ANSI/IESNA LM-63-2002).
+//! Half-planes C through the luminaire's axis are counted in degrees from plane C0,
+//! counter-clockwise seen from above; angles γ in each of them from straight down (0°, the nadir)
+//! to straight up (180°) (CIE 121-1996; ANSI/IESNA LM-63-2002).
 
 use std::f64::consts::PI;
 
@@ -140,8 +140,8 @@ pub struct Axes {
 const ALIGNED: f64 = 1e-3;
 
 impl Axes {
-    /// A luminaire whose γ = 0 is the unit direction `nadir`, and whose plane C0 contains `along`; if
-    /// that is parallel to the nadir or zero, the x axis, or else the z axis.
+    /// A luminaire whose γ = 0 is the unit direction `nadir`, and whose plane C0 contains `along`;
+    /// if that is parallel to the nadir or zero, the x axis, or else the z axis.
     #[must_use]
     pub fn new(nadir: DVec3, along: DVec3) -> Self {
         let across = |v: DVec3| v - nadir * v.dot(nadir);

@@ -32,7 +32,10 @@ pub enum ImportError {
         path: PathBuf,
     },
     /// The file's extension is not one that is read.
-    #[error("{}: is not of a kind that can be read ({FORMATS}); export the model as one of them", path.display())]
+    #[error(
+        "{}: is not of a kind that can be read ({FORMATS}); export the model as one of them",
+        path.display()
+    )]
     UnknownFormat {
         /// The file.
         path: PathBuf,
@@ -50,7 +53,10 @@ pub enum ImportError {
         remedy: String,
     },
     /// The file needs an extension of its format that is not supported.
-    #[error("{}: needs the extension {extension}, which is not supported; {remedy}", path.display())]
+    #[error(
+        "{}: needs the extension {extension}, which is not supported; {remedy}",
+        path.display()
+    )]
     Extension {
         /// The file.
         path: PathBuf,
@@ -78,7 +84,10 @@ pub enum ImportError {
         limit: usize,
     },
     /// A coordinate lies beyond what single precision can deal with.
-    #[error("{}: vertices: a coordinate exceeds {limit:e} metres; check the model's scale", path.display())]
+    #[error(
+        "{}: vertices: a coordinate exceeds {limit:e} metres; check the model's scale",
+        path.display()
+    )]
     TooFar {
         /// The file.
         path: PathBuf,

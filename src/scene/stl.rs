@@ -1,7 +1,7 @@
 //! STL, ASCII and binary.
 //!
-//! STL knows neither materials nor sidedness: both sides reflect. Corners run counter-clockwise seen
-//! from the front; the normals that facets carry beside them are only compared.
+//! STL knows neither materials nor sidedness: both sides reflect. Corners run counter-clockwise
+//! seen from the front; the normals that facets carry beside them are only compared.
 
 #[cfg(test)]
 mod tests;
@@ -43,7 +43,10 @@ pub(super) fn read(source: &Source<'_>, builder: &mut SceneBuilder) -> Result<()
         soup.builder.finding(
             Severity::Warning,
             "whole model",
-            format!("{against} facets carry a normal against the winding of their corners; the winding counts"),
+            format!(
+                "{against} facets carry a normal against the winding of their corners; the \
+                 winding counts"
+            ),
             "recalculate the normals in the modeller",
         );
     }

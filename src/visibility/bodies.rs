@@ -7,7 +7,8 @@
 
 use glam::{DVec3, Vec3};
 
-use crate::patches::BoxTree;
+use crate::scene::box_tree::{Bounds, map_overlaps};
+use crate::scene::disjoint_sets::DisjointSets;
 use crate::scene::{Geometry, TriangleId};
 use crate::simd::{LANES, multiversion};
 
@@ -239,20 +240,19 @@ fn shells(corners: &[[u32; 3]]) -> Vec<Vec<u32>> {
         })
         .collect();
     uses.sort_unstable();
-    let mut parent: Vec<u32> = (0..corners.len() as u32).collect();
+    let mut sets = DisjointSets::new(corners.len());
     let mut open = vec![false; corners.len()];
     for shared in uses.chunk_by(|a, b| a.0 == b.0) {
         let closed = matches!(shared, [a, b] if a.1 != b.1);
         for &(_, _, i) in shared {
-            let (a, b) = (root(&mut parent, shared[0].2), root(&mut parent, i));
-            parent[a.max(b) as usize] = a.min(b);
+            sets.join(shared[0].2, i);
             open[i as usize] |= !closed;
         }
     }
     let mut members: Vec<Vec<u32>> = vec![Vec::new(); corners.len()];
     let mut whole = vec![true; corners.len()];
     for i in 0..corners.len() as u32 {
-        let root = root(&mut parent, i) as usize;
+        let root = sets.find(i) as usize;
         whole[root] &= !open[i as usize];
         members[root].push(i);
     }
@@ -260,17 +260,10 @@ fn shells(corners: &[[u32; 3]]) -> Vec<Vec<u32>> {
     closed.map(|(members, _)| members).collect()
 }
 
-fn root(parent: &mut [u32], mut i: u32) -> u32 {
-    while parent[i as usize] != i {
-        parent[i as usize] = parent[parent[i as usize] as usize];
-        i = parent[i as usize];
-    }
-    i
-}
-
 /// Whether an edge of a triangle meets another one that it has no end in common with.
 fn crosses_itself(triangles: &[[DVec3; 3]], corners: &[[u32; 3]]) -> bool {
-    let boxes = triangles.iter().map(|&[a, b, c]| (a.min(b).min(c), a.max(b).max(c))).collect();
+    let boxes: Vec<Bounds> =
+        triangles.iter().map(|&[a, b, c]| (a.min(b).min(c), a.max(b).max(c))).collect();
     let crosses = |i: usize, j: usize| {
         (0..3).any(|k| {
             let ends = [k, (k + 1) % 3];
@@ -278,7 +271,7 @@ fn crosses_itself(triangles: &[[DVec3; 3]], corners: &[[u32; 3]]) -> bool {
                 && meets(ends.map(|e| triangles[i][e]), triangles[j])
         })
     };
-    let found = BoxTree::new(boxes).map_overlaps(|i, near| {
+    let found = map_overlaps(&boxes, |i, near| {
         near.iter().any(|&j| crosses(i, j as usize) || crosses(j as usize, i))
     });
     found.contains(&true)

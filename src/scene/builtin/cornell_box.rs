@@ -24,7 +24,8 @@ const SHORT_BLOCK: Block = ([[1.30, 0.65], [0.82, 2.25], [2.40, 2.72], [2.90, 1.
 #[expect(clippy::approx_constant, reason = "a measured corner happens to lie at 3.14")]
 const TALL_BLOCK: Block = ([[4.23, 2.47], [2.65, 2.96], [3.14, 4.56], [4.72, 4.06]], 3.30);
 
-/// The Cornell box: 38 source triangles, open in front, light of 17, 12, 4 W/(m² sr) in the ceiling.
+/// The Cornell box: 38 source triangles, open in front, with a panel of 17, 12, 4 W/(m² sr) in the
+/// ceiling.
 pub(super) fn cornell_box() -> Scene {
     let mut stage = Stage::new("cornell-box");
     let white = stage.paint("white", [0.725, 0.71, 0.68]);

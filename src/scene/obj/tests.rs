@@ -57,8 +57,8 @@ fn polygons_become_n_minus_2_triangles() {
 #[test]
 fn objects_and_groups_become_surfaces() {
     let s = obj(&format!(
-        "{TRIANGLE}f 1 2 3\no chair\nf 1 2 3\ng leg\nf 1 2 3\ng back left\nf 1 2 3\ng leg\nf 1 2 3\n\
-         o empty\n"
+        "{TRIANGLE}f 1 2 3\no chair\nf 1 2 3\ng leg\nf 1 2 3\ng back left\nf 1 2 3\n\
+         g leg\nf 1 2 3\no empty\n"
     ))
     .unwrap();
     let names: Vec<&str> = s.geometry.surfaces.iter().map(|s| s.name.as_str()).collect();
