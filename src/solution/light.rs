@@ -42,17 +42,35 @@ impl Solution {
     }
 }
 
-/// Lights a scene.
+/// Lights a scene once, as the options say ([`LightOptions::error`] is for
+/// [`Scene::light`](crate::Scene::light)).
+///
+/// # Errors
+/// If the options do not suit the scene or each other, or the work does not fit in memory.
 pub fn light(
     scene: &Scene,
     options: &LightOptions,
     progress: &dyn Progress,
 ) -> Result<Solution, LightError> {
-    let geometry = &scene.geometry;
     if !options.engine.knows_environment() && scene.sky != Rgb::ZERO {
         return Err(LightError::NoSky);
     }
     let mut clock = Clock::start();
+    let bvh = Bvh::new(&scene.geometry);
+    let (finest, patch_size) = subdivide(scene, options)?;
+    let finest = uncover(&scene.geometry, finest, &bvh);
+    clock.lap("subdivide");
+    let Meshed { patches, factors, lamps, engine } =
+        form_factors(scene, finest, patch_size, &bvh, options, progress)?;
+    clock.lap("form factors");
+    let analytic = matches!(options.engine, EngineOptions::Rays(_)).then_some(options.direct);
+    let made = Made { patches, factors, bvh, analytic, patch_size, engine };
+    lit_by(scene, made, &lamps, options, clock, progress)
+}
+
+/// The finest mesh asked for, and the largest area of a patch to begin with, m².
+fn subdivide(scene: &Scene, options: &LightOptions) -> Result<(Patches, f64), LightError> {
+    let geometry = &scene.geometry;
     let cluster = options.clusters(geometry);
     let patch_size = match (options.patch_size, options.adaptive) {
         (Some(size), _) => size,
@@ -62,57 +80,59 @@ pub fn light(
         (None, Some(_)) => f64::INFINITY,
     };
     let finest = options.adaptive.map_or(patch_size, |a| a.min_area.min(patch_size));
-    let finest = if cluster {
+    let patches = if cluster {
         Patches::clustered(geometry, finest, &scene.optics.material_of)?
     } else {
         Patches::uniform(geometry, finest)?
     };
-    let bvh = Bvh::new(geometry);
-    let finest = uncover(geometry, finest, &bvh);
-    clock.lap("subdivide");
+    Ok((patches, patch_size))
+}
 
-    let mut engine = options.engine.engine(geometry, &finest, &bvh, options.memory)?;
-    let engine_report = options.engine.report(&*engine);
+/// A mesh, its form factors, and what each patch receives from lamps.
+struct Meshed {
+    patches: Patches,
+    factors: FormFactors,
+    lamps: Vec<Rgb>,
+    engine: EngineReport,
+}
+
+/// The form factors of the finest mesh, or of the adaptive one that coarsens it.
+fn form_factors(
+    scene: &Scene,
+    finest: Patches,
+    patch_size: f64,
+    bvh: &Bvh,
+    options: &LightOptions,
+    progress: &dyn Progress,
+) -> Result<Meshed, LightError> {
+    let geometry = &scene.geometry;
+    let mut engine = options.engine.engine(geometry, &finest, bvh, options.memory)?;
+    let report = options.engine.report(&*engine);
     check_memory(&mut *engine, &finest, patch_size, options.memory)?;
-    let refined = match options.adaptive {
-        None => None,
-        Some(Adaptive { max_factor, min_area }) => {
-            let start_area = Some(patch_size);
-            let rule = FactorRule { max_factor, min_area, start_area, balance: true };
-            progress.stage("form factors", 0);
-            let shared = Arc::new(finest.clone());
-            Some(rule.refine(geometry, shared, &mut *engine, options.memory, progress)?)
-        }
+    let Some(Adaptive { max_factor, min_area }) = options.adaptive else {
+        let lamps = direct::from_lamps(scene, &finest, bvh);
+        let factors = rows(scene, &finest, &lamps, &mut *engine, options, progress)?;
+        drop(engine);
+        return Ok(Meshed { patches: finest, factors, lamps, engine: report });
     };
-    let lamps;
-    let (patches, factors) = match refined {
-        // Rows from the centres of patches serve every mesh that has the same centres; rows from
-        // all over a patch do not.
-        Some(refined) if engine.sees_from_centres() => {
-            lamps = direct::from_lamps(scene, &refined.patches, &bvh);
-            drop(engine);
-            (refined.patches, refined.factors)
-        }
-        Some(refined) => {
-            drop(engine);
-            lamps = direct::from_lamps(scene, &refined.patches, &bvh);
-            let mut engine =
-                options.engine.engine(geometry, &refined.patches, &bvh, options.memory)?;
-            let rows = rows(scene, &refined.patches, &lamps, &mut *engine, options, progress)?;
-            drop(engine);
-            (refined.patches, rows)
-        }
-        None => {
-            lamps = direct::from_lamps(scene, &finest, &bvh);
-            let rows = rows(scene, &finest, &lamps, &mut *engine, options, progress)?;
-            drop(engine);
-            (finest, rows)
-        }
+    let rule = FactorRule { max_factor, min_area, start_area: Some(patch_size), balance: true };
+    progress.stage("form factors", 0);
+    let shared = Arc::new(finest.clone());
+    let refined = rule.refine(geometry, shared, &mut *engine, options.memory, progress)?;
+    let centres = engine.sees_from_centres();
+    drop(engine);
+    let patches = refined.patches;
+    let lamps = direct::from_lamps(scene, &patches, bvh);
+    // Rows from the centres of patches serve every mesh that has the same centres; rows from all
+    // over a patch do not.
+    let factors = if centres {
+        refined.factors
+    } else {
+        drop(refined.factors);
+        let mut engine = options.engine.engine(geometry, &patches, bvh, options.memory)?;
+        rows(scene, &patches, &lamps, &mut *engine, options, progress)?
     };
-    clock.lap("form factors");
-    let analytic = matches!(options.engine, EngineOptions::Rays(_)).then_some(options.direct);
-    let made = Made { patches, factors, bvh, analytic, patch_size, engine: engine_report };
-    lit_by(scene, made, &lamps, options, clock, progress)
+    Ok(Meshed { patches, factors, lamps, engine: report })
 }
 
 /// Lights a scene by the form factors of patches that are there already.
