@@ -2,17 +2,17 @@
 //!
 //! `cargo run --release --example accuracy -- SCENE AREA [SAMPLES [SHADOW [PATCHES]]]`
 //!
-//! SCENE is a built-in scene, AREA the largest of a patch in m². The error is the RMS of luminance over
-//! its mean, at so many random patches (400; 0 for none): each is gathered by 4 × 65,536 rays and 4 × 4,096
-//! shadow rays, on a solution of its own seed with four times the rays (or as many, beyond 200,000
-//! patches).
+//! SCENE is a built-in scene, AREA the largest of a patch in m². The error is the RMS of luminance
+//! over its mean, at so many random patches (400; 0 for none): each is gathered by 4 × 65,536 rays
+//! and 4 × 4,096 shadow rays, on a solution of its own seed with four times the rays (or as many,
+//! beyond 200,000 patches).
 
 #![allow(clippy::print_stdout, reason = "an example")]
 
 use std::error::Error;
 use std::time::Instant;
 
-use hemicube::direct::{self, Apart, ApartOptions, Emitters, MOST_SHADOW, Room};
+use hemicube::direct::{self, Analytic, DirectOptions, Emitters, MOST_SHADOW, Workspace};
 use hemicube::engines::EngineOptions;
 use hemicube::engines::rays::MOST_SAMPLES;
 use hemicube::engines::{Rays, RaysOptions};
@@ -38,7 +38,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let options = LightOptions {
             patch_size: Some(area),
             engine: EngineOptions::Rays(RaysOptions { samples, seed }),
-            direct: ApartOptions { shadow, seed, ..ApartOptions::default() },
+            direct: DirectOptions { shadow, seed, ..DirectOptions::default() },
             memory: 20 << 30,
             ..LightOptions::default()
         };
@@ -59,7 +59,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let ErrorReport { total, noise, refinement, half } = known.report(&solution);
     let [total, noise, refinement, half] = [total, noise, refinement, half].map(|e| 100.0 * e);
     println!(
-        "  stated on 80 % of the surface {total:.3} %: noise {noise:.3} %, patch size {refinement:.3} %; on half {half:.3} %"
+        "  stated on 80 % of the surface {total:.3} %: noise {noise:.3} %, patch size \
+         {refinement:.3} %; on half {half:.3} %"
     );
 
     if wanted == 0 {
@@ -84,10 +85,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     for seed in 1000..1004 {
         let rows =
             Rays::new(&scene.geometry, patches, &bvh, RaysOptions { samples: MOST_SAMPLES, seed });
-        let apart = ApartOptions { which: Apart::Suitable, shadow: MOST_SHADOW, seed };
+        let apart = DirectOptions { analytic: Analytic::Suitable, shadow: MOST_SHADOW, seed };
         let emitters =
             Emitters::new(&scene.geometry, &scene.optics, patches, &bvh, apart, |_| Rgb::ZERO);
-        let (mut row, mut room) = (Row::default(), Room::default());
+        let (mut row, mut room) = (Row::default(), Workspace::default());
         for (truth, &id) in truth.iter_mut().zip(&chosen) {
             rows.row(id, &mut row);
             let mut factors = FormFactors::new(patches.len(), u64::MAX);
@@ -98,7 +99,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             let through = factors.gather_by(id, |j| {
                 let cell = patches.cell(j);
                 let side = hemicube::patches::side_index(cell.triangle, cell.side);
-                let own = !emitters.is_apart(&receiver, side);
+                let own = !emitters.is_analytic(&receiver, side);
                 reflected[j.index()] + if own { emission[j.index()] } else { Rgb::ZERO }
             });
             *truth += luminance(direct + through) / 4.0;
@@ -124,7 +125,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     errors.iter_mut().for_each(|e| *e = e.abs());
     errors.sort_by(f64::total_cmp);
     println!(
-        "  against final gathers: RMS {:.3} % ({:.3} % at patches that do not emit), median {:.3} %, worst {:.2} % of the mean",
+        "  against final gathers: RMS {:.3} % ({:.3} % at patches that do not emit), median {:.3} \
+         %, worst {:.2} % of the mean",
         100.0 * rms,
         100.0 * (dim.iter().sum::<f64>() / dim.len() as f64).sqrt(),
         100.0 * errors[wanted / 2],

@@ -8,8 +8,8 @@
 //! Without arguments: a closed room with three floating boxes, two of them turned, of some 500 to
 //! 9,000 triangles. With arguments: a built-in scene, the error asked for, and largest areas of
 //! patches in m². Some rows are held against two references: themselves at a tenth of the error and
-//! with other rays, and sampled rows of 262,144 rays, whose own noise is taken out by multiplying the
-//! deviations from two halves. The last column is the error that the engine states.
+//! with other rays, and sampled rows of 262,144 rays, whose own noise is taken out by multiplying
+//! the deviations from two halves. The last column is the error that the engine states.
 
 #![allow(clippy::print_stdout, reason = "an example")]
 

@@ -4,8 +4,8 @@
 //!
 //! Rows of a built-in scene: rays begin all over a patch, and their directions are a quasi-random
 //! set of the cosine distribution, sorted along a space-filling curve. Only tracing is timed, not
-//! the making of rays. Each time is the best of several, and the thread's own where the system tells
-//! it.
+//! the making of rays. Each time is the best of several, and the thread's own where the system
+//! tells it.
 
 #![allow(clippy::print_stdout, reason = "an example")]
 

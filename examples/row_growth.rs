@@ -3,9 +3,9 @@
 //! `cargo run --release --example row_growth`
 //!
 //! Makes a sample of the rows of the built-in room on one thread, drops them, and fits the time of
-//! all rows (n × the time of one) by a power of n. Both ways of drawing take turns, each time is the
-//! best of several, and time is the thread's own where the system tells it, so that other work on
-//! the machine disturbs little.
+//! all rows (n × the time of one) by a power of n. Both ways of drawing take turns, each time is
+//! the best of several, and time is the thread's own where the system tells it, so that other work
+//! on the machine disturbs little.
 
 #![allow(clippy::print_stdout, reason = "an example")]
 

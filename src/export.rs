@@ -5,6 +5,7 @@ mod mtx;
 mod npy;
 mod npz;
 mod png;
+mod save;
 mod spill;
 
 use std::fs::File;
@@ -21,6 +22,7 @@ pub use npy::write_npy;
 pub use npz::read::{ReadError, read_npz};
 pub use npz::write_npz;
 pub use png::write_png;
+pub use save::{MATRIX_FORMATS, MatrixFormat, write_matrix};
 pub use spill::Spill;
 
 /// Why a file was not written.
@@ -41,6 +43,14 @@ pub enum ExportError {
         path: PathBuf,
         /// What the encoder said.
         message: String,
+    },
+    /// Nothing of the kind is written in that format.
+    #[error("{}: is written as {formats}", path.display())]
+    Format {
+        /// The file.
+        path: PathBuf,
+        /// The formats that there are.
+        formats: &'static str,
     },
     /// The caller cancelled.
     #[error("cancelled")]

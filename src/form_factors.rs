@@ -1,7 +1,7 @@
 //! Form factors: which share of the light that leaves patch i arrives at patch j.
 //!
-//! Thermal engineers say view factor. [Engines](crate::engines) make whole rows; rows flow in blocks
-//! into a [`RowSink`]; [`FormFactors`] is the sink that keeps them. Every row accounts for
+//! Thermal engineers say view factor. [Engines](crate::engines) make whole rows; rows flow in
+//! blocks into a [`RowSink`]; [`FormFactors`] is the sink that keeps them. Every row accounts for
 //! everything:
 //!
 //! ```text

@@ -4,374 +4,39 @@
 //! H(x) = H_direct(D(x)) + H_lamps + 1/N Σ [ρ(y) H(y) + E(y) where y ∉ D(x)] + π L_sky · escaped
 //! ```
 //!
-//! y is what each of N rays meets whose density is proportional to the cosine; H(y) is the solution's
-//! smooth field. D(x) are the emitters that [`Emitters::is_apart`] sets apart for the point: their
-//! light comes by Lambert's formula and shadow rays, so their emission does not count where a ray
-//! meets them. The field is seen only from away, where the size of its patches blurs what is seen
-//! and not what is measured; the shadow at the point itself is as sharp as it is.
+//! y is what each of N rays meets whose density is proportional to the cosine; H(y) is the
+//! solution's smooth field. D(x) are the emitters that are analytic for the point
+//! ([`Emitters::is_analytic`]): their light comes by Lambert's formula and shadow rays, so their
+//! emission does not count where a ray meets them. The field is seen only from away, where the size
+//! of its patches blurs what is seen and not what is measured; the shadow at the point itself is as
+//! sharp as it is.
 //!
 //! # Errors
 //!
-//! Rays come in 16 sets that know nothing of each other, each with its own shadow rays. What is left of
-//! their differences in the mean is known from Student's distribution. To this the error of the
-//! solution is added. Its noise is told by its two halves, which differ by twice the standard error
-//! of their mean: patch by patch in quadrature, in proportion to the rays that meet it, and once more for
-//! what all of them have in common. What the size of patches blurs ([`Uncertainty::refinement`]) has
-//! nothing in common, as a field passes by values on both sides: it is added in quadrature alone.
+//! Rays come in 16 sets that know nothing of each other, each with its own shadow rays. What is
+//! left of their differences in the mean is known from Student's distribution. To this the error of
+//! the solution is added. Its noise is told by its two halves, which differ by twice the standard
+//! error of their mean: patch by patch in quadrature, in proportion to the rays that meet it, and
+//! once more for what all of them have in common. What the size of patches blurs
+//! ([`Uncertainty::refinement`]) has nothing in common, as a field passes by values on both sides:
+//! it is added in quadrature alone.
 //!
 //! # Limits
 //!
-//! - Rays begin [`CLEARANCE`] above the point. A shadow that none of the first shadow rays finds (1/8
-//!   of all) is an error that is not stated.
+//! - Rays begin [`CLEARANCE`] above the point. A shadow that none of the first shadow rays finds
+//!   (1/8 of all) is an error that is not stated.
 //! - Reflectance and emission are means over source triangles: textures are not looked up.
 //! - Of a solution by rows that are not sampled only the error is known that is due to the size of
 //!   patches.
 //! - Points more than a few radii away from the scene lose shadows, in single precision.
+//!
+//! [`Emitters::is_analytic`]: crate::direct::Emitters::is_analytic
+//! [`Uncertainty::refinement`]: crate::uncertainty::Uncertainty::refinement
 
-use glam::{DVec3, Vec3};
-use rayon::prelude::*;
-use std::f64::consts::PI;
+mod estimate;
+mod gatherer;
+mod options;
 
-use crate::direct::{self, Apart, ApartOptions, Emitters, Receiver, Room};
-use crate::engines::sampling::{Starts, Table, aim};
-use crate::patches::{Cell, Patches, SurfacePoint, side_index};
-use crate::progress::{Cancelled, Progress};
-use crate::reconstruct::Field;
-use crate::scene::{Rgb, Scene, Side, luminance};
-use crate::simd::LANES;
-use crate::solution::Solution;
-use crate::uncertainty::Uncertainty;
-use crate::visibility::{Bvh, COVERED, Frame, Hits, NOTHING, Packet};
-
-/// How points are measured.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct GatherOptions {
-    /// Rays a point, 256 to [`MOST_RAYS`], rounded up to a power of two. Default 4,096.
-    pub samples: usize,
-    /// Shadow rays from a point to a group of emitters that it sees in part, an eighth of them
-    /// to one that is seen as a whole or not at all; 128 to 32,768. Default 4,096.
-    pub shadow: usize,
-    /// Other seeds give other rays. Default 0.
-    pub seed: u32,
-}
-
-impl Default for GatherOptions {
-    fn default() -> Self {
-        Self { samples: 4096, shadow: 4096, seed: 0 }
-    }
-}
-
-/// Most rays a point.
-pub const MOST_RAYS: usize = 1 << 20;
-
-/// Fewest rays a point: sixteen of each set.
-pub const FEWEST_RAYS: usize = SETS * 16;
-
-/// Independent sets of rays: a lane each of packets.
-const SETS: usize = LANES;
-
-/// Half the width of the 95 % interval of Student's t with [`SETS`] - 1 degrees of freedom.
-const STUDENT: f64 = 2.131;
-
-/// Half the width of the 95 % interval of a normal distribution.
-const NORMAL: f64 = 1.96;
-
-/// Rays begin this far along the normal, in radii of the scene: ten times its rounding, so that a point
-/// on a surface, given to six digits, is not in the shadow of that surface or its neighbours. What
-/// is thinner than this over a surface does not shade it.
-pub const CLEARANCE: f64 = 1e-5;
-
-/// Share of the mean irradiance of lit patches below which a place that sees backs is inside a solid
-/// that reflects on both sides; the field lets a little in at contacts.
-const DARK: f64 = 1e-3;
-
-/// Where irradiance is wanted.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Probe {
-    /// Metres.
-    pub point: DVec3,
-    /// Unit normal of the plane that receives.
-    pub normal: DVec3,
-}
-
-/// What is known about the irradiance at a point.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Estimate {
-    /// Irradiance H, W/m² or lx.
-    pub irradiance: Rgb,
-    /// Half the width of its 95 % interval.
-    pub error: Rgb,
-    /// What kind of place it is.
-    pub place: Place,
-    /// Share of what it sees that is the environment, weighted by the cosine, 0..1.
-    pub escaped: f64,
-}
-
-/// What kind of place a point is at.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Place {
-    /// Where light can be measured.
-    Free,
-    /// Inside a solid: more than half of what it sees are backs that do not reflect; or backs of any
-    /// kind, and it is dark (below a thousandth of the mean of lit patches).
-    Covered,
-    /// On a side that emits. Its own emission does not count.
-    OnEmitter,
-}
-
-/// Measures irradiance at points of a lit scene.
-pub struct Gatherer<'a> {
-    scene: &'a Scene,
-    patches: &'a Patches,
-    field: &'a Field<'a>,
-    bvh: &'a Bvh,
-    emitters: Emitters<'a>,
-    /// What each emitting side reflects and is set apart; of all others nothing.
-    reflected: Vec<Rgb>,
-    table: Table,
-    /// Half of what two halves differ in at each patch, and what its size blurs.
-    doubt: Vec<(Rgb, Rgb)>,
-    /// Irradiance below this is darkness.
-    dark: f64,
-    seed: u32,
-}
-
-/// What the rays of a point met, counted.
-#[derive(Debug, Default)]
-struct Tally {
-    escaped: usize,
-    /// Backs that do not reflect, and all backs.
-    dark: usize,
-    backs: usize,
-    /// What the errors of patches contribute, ray by ray: noise, and what their size blurs.
-    doubts: Vec<(u32, Rgb, Rgb)>,
-}
-
-impl<'a> Gatherer<'a> {
-    /// For a solution of `scene`: `field` is its [`Solution::field`], `bvh` the hierarchy of the same
-    /// geometry.
-    #[must_use]
-    pub fn new(
-        scene: &'a Scene,
-        solution: &'a Solution,
-        field: &'a Field<'a>,
-        bvh: &'a Bvh,
-        options: GatherOptions,
-    ) -> Self {
-        let rays = options.samples.clamp(FEWEST_RAYS, MOST_RAYS);
-        let seed = options.seed;
-        let table = Table::new(rays.div_ceil(SETS), GATHER ^ seed, SETS);
-        let shadow = options.shadow.div_ceil(SETS / 2);
-        let apart = ApartOptions { which: Apart::Suitable, shadow, seed };
-        let patches = &solution.patches;
-        let reflected = reflected_by_emitters(scene, patches, field);
-        let emitters =
-            Emitters::new(&scene.geometry, &scene.optics, patches, bvh, apart, |s| reflected[s]);
-        let blurred = Uncertainty::of(&scene.geometry, solution, field).refinement;
-        let half = |i: usize| match &solution.halves {
-            Some([a, b]) => (a[i] - b[i]) * 0.5,
-            None => Rgb::ZERO,
-        };
-        let doubt = blurred.into_iter().enumerate().map(|(i, b)| (half(i), b)).collect();
-        let lit: Vec<Rgb> = patches
-            .ids()
-            .filter(|i| solution.usable[i.index()])
-            .map(|i| field.of_patches()[i.index()])
-            .collect();
-        let mean = luminance(lit.iter().sum::<Rgb>() / lit.len().max(1) as f64);
-        Self {
-            scene,
-            patches,
-            field,
-            bvh,
-            emitters,
-            reflected,
-            table,
-            doubt,
-            dark: DARK * mean,
-            seed,
-        }
-    }
-
-    /// Rays a point.
-    #[must_use]
-    pub fn samples(&self) -> usize {
-        SETS * self.table.points()
-    }
-
-    /// Irradiance at many points, the same for any number of threads. Advances by one for each
-    /// point.
-    ///
-    /// # Errors
-    /// If the caller cancelled.
-    pub fn all(
-        &self,
-        probes: &[Probe],
-        progress: &dyn Progress,
-    ) -> Result<Vec<Estimate>, Cancelled> {
-        probes
-            .par_iter()
-            .enumerate()
-            .map(|(i, probe)| {
-                progress.advance(1)?;
-                Ok(self.at(*probe, i as u64))
-            })
-            .collect()
-    }
-
-    /// Irradiance at one point; `index` (below 2³²) tells points apart, so that their errors are independent.
-    #[must_use]
-    pub fn at(&self, probe: Probe, index: u64) -> Estimate {
-        let Probe { point, normal } = probe;
-        let start = point + normal * (CLEARANCE * self.bvh.scale());
-        let receiver = self.emitters.point(start, normal, index);
-        let here = |_| (start, normal, None);
-        let mut room = Room::default();
-        self.emitters.look(std::slice::from_ref(&receiver), &mut room);
-        let (direct, sets) =
-            self.emitters.light_replicated::<{ SETS / 2 }>(&receiver, here, &mut room);
-        let lamps = direct::lamps_at(self.scene, self.bvh, start, normal);
-
-        let rays = self.table.points();
-        let hits = self.cast(start, normal, index);
-        let mut tally = Tally::default();
-        let mut alone: Vec<Rgb> = sets.iter().flatten().copied().collect();
-        let mut reflected = Rgb::ZERO;
-        for (set, alone) in alone.iter_mut().enumerate() {
-            let gathered = self.gather(&receiver, &hits, set, &mut tally) / rays as f64;
-            *alone += gathered;
-            reflected += gathered / SETS as f64;
-        }
-        let irradiance = direct + lamps + reflected;
-        let mean = alone.iter().sum::<Rgb>() / SETS as f64;
-        let squares: Rgb = alone.iter().map(|h| (*h - mean) * (*h - mean)).sum();
-        let noise = (squares / (SETS * (SETS - 1)) as f64).map(f64::sqrt);
-        let doubt = spread(&mut tally.doubts) / (SETS * rays) as f64;
-        let share = |count: usize| count as f64 / (SETS * rays) as f64;
-        let dark = share(tally.backs) > COVERED && irradiance.max_element() <= self.dark;
-        let place = if self.is_on_emitter(start, normal) {
-            Place::OnEmitter
-        } else if dark || share(tally.dark) > COVERED {
-            Place::Covered
-        } else {
-            Place::Free
-        };
-        let error = noise * STUDENT + doubt * NORMAL;
-        Estimate { irradiance, error, place, escaped: share(tally.escaped) }
-    }
-
-    /// Traces the rays of all sets.
-    fn cast(&self, start: DVec3, normal: DVec3, index: u64) -> Vec<Hits> {
-        let axes = Frame::on_surface(start, normal).axes.map(|a| a.as_vec3());
-        let mut starts = Starts::NONE;
-        for set in 0..SETS {
-            // A triangle without extent is a point.
-            starts.set(set, [self.bvh.local(start), Vec3::ZERO, Vec3::ZERO], axes, NOTHING);
-            let seed = GATHER ^ self.seed.wrapping_mul(SETS as u32).wrapping_add(set as u32);
-            starts.set_mask(set, self.table.mask(index << 32 | u64::from(seed)));
-        }
-        let mut packets = vec![Packet::EMPTY; self.table.packets().len()];
-        aim(self.table.packets(), &starts, &mut packets);
-        if (start - self.bvh.center()).length() > 2.0 * self.bvh.scale() {
-            for packet in &mut packets {
-                for l in 0..LANES {
-                    let [x, y, z] = packet.direction.map(|d| f64::from(d[l]));
-                    let from = self.bvh.local(self.bvh.approach(start, DVec3::new(x, y, z)));
-                    for axis in 0..3 {
-                        packet.origin[axis][l] = from[axis];
-                    }
-                }
-            }
-        }
-        let mut hits = vec![Hits::NONE; packets.len()];
-        self.bvh.closest(&packets, &mut hits);
-        hits
-    }
-
-    /// Sum of what the rays of a set bring: all that is reflected, and emitted where it is not set apart.
-    fn gather(&self, receiver: &Receiver, hits: &[Hits], set: usize, tally: &mut Tally) -> Rgb {
-        let (g, optics) = (&self.scene.geometry, &self.scene.optics);
-        let sky = self.scene.sky * PI;
-        let mut sum = Rgb::ZERO;
-        for hits in hits {
-            let item = hits.item[set];
-            if item == NOTHING {
-                tally.escaped += 1;
-                sum += sky;
-                continue;
-            }
-            let triangle = self.bvh.ids()[item as usize / 2];
-            let side = if item & 1 == 1 { Side::Back } else { Side::Front };
-            tally.backs += usize::from(side == Side::Back);
-            if !g.exchanges(triangle, side) {
-                tally.dark += 1;
-                continue;
-            }
-            let uv = [hits.u[set], hits.v[set]].map(f64::from).into();
-            let p = SurfacePoint { triangle, side, uv };
-            let rho = optics.reflectance[triangle.index()];
-            sum += rho * self.field.at(p);
-            let e = optics.emission(triangle, side);
-            if e != Rgb::ZERO {
-                let side = side_index(triangle, side);
-                let apart = self.emitters.is_apart(receiver, side);
-                sum += if apart { -self.reflected[side] } else { e };
-            }
-            if let Some(id) = self.patches.at(p) {
-                let (noise, blur) = self.doubt[id.index()];
-                tally.doubts.push((id.0, rho * noise, rho * blur));
-            }
-        }
-        sum
-    }
-
-    /// Whether the surface just behind the point emits towards the side of the normal.
-    fn is_on_emitter(&self, start: DVec3, normal: DVec3) -> bool {
-        let met = self.bvh.see(start, -normal, None);
-        met.is_some_and(|m| {
-            m.distance <= 2.0 * CLEARANCE * self.bvh.scale()
-                && self.scene.geometry.exchanges(m.triangle, m.side)
-                && self.scene.optics.emission(m.triangle, m.side) != Rgb::ZERO
-        })
-    }
-}
-
-/// Mean radiosity that each emitting side reflects, as far as it is set apart.
-fn reflected_by_emitters(scene: &Scene, patches: &Patches, field: &Field<'_>) -> Vec<Rgb> {
-    let mut sums = vec![(Rgb::ZERO, 0.0); 2 * scene.geometry.len()];
-    for i in patches.ids() {
-        let Cell { triangle, side, .. } = patches.cell(i);
-        if scene.optics.emission(triangle, side) != Rgb::ZERO {
-            let (sum, area) = &mut sums[side_index(triangle, side)];
-            let rho = scene.optics.reflectance[triangle.index()];
-            *sum += rho * field.of_patches()[i.index()] * patches.own_area(i);
-            *area += patches.own_area(i);
-        }
-    }
-    for t in scene.geometry.ids() {
-        for side in Side::BOTH {
-            let (sum, area) = &mut sums[side_index(t, side)];
-            if *area > 0.0 {
-                *sum = direct::of_a_lamp(*sum / *area, scene.optics.emission(t, side));
-            }
-        }
-    }
-    sums.into_iter().map(|s| s.0).collect()
-}
-
-/// Standard error of a sum over rays, each of which carries the errors of a patch: patches err
-/// independently, and by their noise also all together.
-fn spread(doubts: &mut [(u32, Rgb, Rgb)]) -> Rgb {
-    doubts.sort_unstable_by_key(|d| d.0);
-    let (mut squares, mut all) = (Rgb::ZERO, Rgb::ZERO);
-    for patch in doubts.chunk_by(|a, b| a.0 == b.0) {
-        let noise: Rgb = patch.iter().map(|d| d.1).sum();
-        let blur: Rgb = patch.iter().map(|d| d.2).sum();
-        squares += noise * noise + blur * blur;
-        all += noise;
-    }
-    (squares + all * all).map(f64::sqrt)
-}
-
-/// Sets the sequences of points apart from those of rows.
-const GATHER: u32 = 0x6a74_0000;
+pub use estimate::{Estimate, Place, Probe};
+pub use gatherer::{CLEARANCE, Gatherer};
+pub use options::{FEWEST_RAYS, GatherOptions, MOST_RAYS};

@@ -1,8 +1,8 @@
 //! The matrix of form factors itself, as a result: whole, closed, thinned out, lumped.
 //!
 //! Row i is face i of the model, whatever the light. [`make`] has a row of every patch made, one
-//! entry a pair, drops tiny ones and closes enclosures if that is wanted; [`Lumped`] adds patches up
-//! to named surfaces. `export` writes either.
+//! entry a pair, drops tiny ones and closes enclosures if that is wanted; [`Lumped`] adds patches
+//! up to named surfaces. `export` writes either.
 
 mod assembly;
 mod entries;

@@ -37,9 +37,9 @@ pub struct Report {
     pub peak_memory_bytes: Option<u64>,
 }
 
-/// Estimated standard errors of irradiance as a field over the surfaces, each relative to irradiance or 1 %
-/// of its mean: what they are at most on four fifths of the lit surface. (An average would tell of
-/// the darkest corners alone.)
+/// Estimated standard errors of irradiance as a field over the surfaces, each relative to
+/// irradiance or 1 % of its mean: what they are at most on four fifths of the lit surface. (An
+/// average would tell of the darkest corners alone.)
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ErrorReport {
     /// All of it: the sum of both, patch by patch.

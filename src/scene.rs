@@ -1,5 +1,6 @@
 //! What the user gives: geometry, optics, lamps, sky, cameras, and what is doubtful about them.
 
+mod arrays;
 mod builder;
 pub mod builtin;
 mod camera;
@@ -26,9 +27,10 @@ mod source;
 mod stl;
 pub mod texture;
 
-pub use builder::SceneBuilder;
+pub use arrays::ArraysError;
+pub use builder::{MAX_REFLECTANCE, SceneBuilder};
 pub use camera::Camera;
-pub use finding::{Finding, Severity};
+pub use finding::{Finding, Setting, Severity};
 pub use geometry::{Geometry, Side, Sides, Surface, TriangleId, TriangleState};
 pub use import::{ImportOptions, SidesChoice, load};
 pub use inspect::inspect;

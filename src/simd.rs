@@ -62,7 +62,8 @@ macro_rules! multiversion {
             #[cfg(target_arch = "x86_64")]
             {
                 use $crate::simd::Version;
-                #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx2,bmi1,bmi2,lzcnt,popcnt")]
+                #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl")]
+                #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
                 fn avx512($($arg: $ty),*) {
                     $kernel($($arg),*)
                 }

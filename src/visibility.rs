@@ -4,13 +4,13 @@
 //! is kept: an item buffer (Weghorst, Hooper & Greenberg 1984). The same buffer serves the five
 //! faces of a hemicube and the tiles of a camera's picture.
 //!
-//! Rays that do not share a pinhole, as those that begin all over a patch, go through a hierarchy of
-//! boxes in packets ([`Bvh`]).
+//! Rays that do not share a pinhole, as those that begin all over a patch, go through a hierarchy
+//! of boxes in packets ([`Bvh`]).
 //!
 //! Projection uses homogeneous two-dimensional edge functions (Olano & Greer 1997, "Triangle scan
 //! conversion using 2D homogeneous coordinates"): nothing is clipped, triangles may pass beside or
-//! behind the pinhole, and an edge shared by two triangles gives exactly opposite values on both, so
-//! that no pixel falls between them.
+//! behind the pinhole, and an edge shared by two triangles gives exactly opposite values on both,
+//! so that no pixel falls between them.
 
 mod bodies;
 mod bvh;

@@ -5,7 +5,7 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use glam::DVec3;
-use hemicube::direct::ApartOptions;
+use hemicube::direct::DirectOptions;
 use hemicube::engines::EngineOptions;
 use hemicube::engines::RaysOptions;
 use hemicube::gather::{Estimate, GatherOptions, Gatherer, Place, Probe};
@@ -48,7 +48,7 @@ fn measure(
     let options = LightOptions {
         patch_size: Some(0.1),
         engine: EngineOptions::Rays(RaysOptions { samples, seed }),
-        direct: ApartOptions { seed, ..ApartOptions::default() },
+        direct: DirectOptions { seed, ..DirectOptions::default() },
         ..LightOptions::default()
     };
     let solution = light(scene, &options, &Silent).unwrap();

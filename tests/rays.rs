@@ -4,7 +4,7 @@
 #![allow(clippy::print_stdout, reason = "figures for people, shown with --nocapture")]
 
 use glam::{DVec3, dvec3};
-use hemicube::direct::{Apart, ApartOptions};
+use hemicube::direct::{Analytic, DirectOptions};
 use hemicube::engines::EngineOptions;
 use hemicube::engines::{Engine, Rays, RaysOptions};
 use hemicube::form_factors::Row;
@@ -30,7 +30,7 @@ fn scene_of(meshes: &[(Mesh, f64, f64)]) -> Scene {
     b.finish()
 }
 
-fn lit(scene: &Scene, size: f64, rows: RaysOptions, direct: ApartOptions) -> Solution {
+fn lit(scene: &Scene, size: f64, rows: RaysOptions, direct: DirectOptions) -> Solution {
     let options = LightOptions {
         patch_size: Some(size),
         engine: EngineOptions::Rays(rows),
@@ -69,10 +69,15 @@ fn reflecting_emitters_give_the_same_light_whichever_are_set_apart() {
     let scene = room_with_lamps();
     let rows = RaysOptions { samples: 4096, seed: 0 };
     let run = |which| {
-        lit(&scene, 0.02, rows, ApartOptions { which, shadow: 256, ..ApartOptions::default() })
+        lit(
+            &scene,
+            0.02,
+            rows,
+            DirectOptions { analytic: which, shadow: 256, ..DirectOptions::default() },
+        )
     };
-    let suitable = run(Apart::Suitable);
-    for which in [Apart::None, Apart::All] {
+    let suitable = run(Analytic::Suitable);
+    for which in [Analytic::None, Analytic::All] {
         let (a, b, rms) = compare(&suitable, &run(which));
         println!("{which:?}: mean irradiance {b:.5}, by the rule {a:.5}; RMS difference {rms:.4}");
         assert!((a / b - 1.0).abs() < 2e-3, "{which:?}: {a} {b}");
@@ -137,12 +142,12 @@ fn a_row_ends_on_no_backs_in_a_closed_room_and_halves_are_independent() {
 fn halves_differ_by_about_the_error() {
     let scene = builtin::build("cornell-box").unwrap();
     let rows = |samples, seed| RaysOptions { samples, seed };
-    let coarse = lit(&scene, 0.1, rows(256, 0), ApartOptions::default());
+    let coarse = lit(&scene, 0.1, rows(256, 0), DirectOptions::default());
     let fine = lit(
         &scene,
         0.1,
         rows(16_384, 1),
-        ApartOptions { shadow: 2048, seed: 1, ..ApartOptions::default() },
+        DirectOptions { shadow: 2048, seed: 1, ..DirectOptions::default() },
     );
     let halves = coarse.halves.as_ref().unwrap();
     let (mut truth, mut estimate, mut scale) = (0.0, 0.0, 0.0);
@@ -163,7 +168,7 @@ fn the_number_of_threads_changes_no_bit() {
     let scene = room_with_lamps();
     let run = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| lit(&scene, 0.1, RaysOptions::default(), ApartOptions::default()))
+        pool.install(|| lit(&scene, 0.1, RaysOptions::default(), DirectOptions::default()))
     };
     let one = run(1);
     for threads in [2, 8] {

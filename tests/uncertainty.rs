@@ -4,7 +4,7 @@
 #![allow(clippy::print_stdout, reason = "figures for people, shown with --nocapture")]
 
 use glam::DVec2;
-use hemicube::direct::ApartOptions;
+use hemicube::direct::DirectOptions;
 use hemicube::engines::EngineOptions;
 use hemicube::engines::{HemicubeOptions, RaysOptions};
 use hemicube::gather::{Estimate, GatherOptions, Gatherer, Place, Probe};
@@ -19,7 +19,7 @@ fn options(patch_size: f64, samples: usize, seed: u32) -> LightOptions {
     LightOptions {
         patch_size: Some(patch_size),
         engine: EngineOptions::Rays(RaysOptions { samples, seed }),
-        direct: ApartOptions { seed, ..ApartOptions::default() },
+        direct: DirectOptions { seed, ..DirectOptions::default() },
         ..LightOptions::default()
     }
 }
@@ -81,7 +81,7 @@ fn coverage(name: &str, patch_size: f64) -> [f64; 2] {
         }
         count += 1;
         let off = |h: Rgb| luminance(h - truth.irradiance).abs();
-        let stated = luminance(known.error(id.index()));
+        let stated = luminance(known.error(id));
         within[0] += usize::from(off(field.at(p)) <= 2.0 * stated);
         within[1] += usize::from(off(probed.irradiance) <= 2.0 * luminance(probed.error));
     }

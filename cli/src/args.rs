@@ -140,14 +140,18 @@ pub struct Input {
     pub sides: SidesArg,
 
     /// Brighter reflectances are clamped to this
-    #[arg(long, value_name = "RHO", default_value_t = 0.9, value_parser = reflectance, hide_short_help = true)]
+    #[arg(
+        long, value_name = "RHO", default_value_t = 0.9, value_parser = reflectance,
+        hide_short_help = true
+    )]
     pub max_reflectance: f64,
 
     /// Let a material emit this radiance, or a share of its own (NAME=50%); may be repeated
     #[arg(long, value_name = "NAME=R,G,B", value_parser = emission)]
     pub emission: Vec<(String, Emission)>,
 
-    /// Let a point or spot lamp shine as a photometric file says (IES LM-63, type C); may be repeated
+    /// Let a point or spot lamp shine as a photometric file says (IES LM-63, type C); may be
+    /// repeated
     #[arg(long, value_name = "LAMP=FILE", value_parser = photometry)]
     pub ies: Vec<(String, PathBuf)>,
 
@@ -207,7 +211,8 @@ pub enum SidesArg {
 /// How a scene is lit.
 #[derive(Debug, Clone, Args)]
 pub struct Light {
-    /// Largest area of a patch in m² [default: the area that yields about 20,000 patches, 5,000 without rays, 40,000 for probe, 10,000 if source triangles are joined]
+    /// Largest area of a patch in m² [default: the area that yields about 20,000 patches, 5,000
+    /// without rays, 40,000 for probe, 10,000 if source triangles are joined]
     #[arg(long, value_name = "AREA", allow_negative_numbers = true)]
     pub patch_size: Option<f64>,
 
@@ -243,8 +248,12 @@ pub struct Light {
     #[arg(long, value_name = "N", value_parser = samples)]
     pub samples: Option<usize>,
 
-    /// Choose rays and patches so that irradiance is known this well on 80 % of the surface, like 1%; with --engine exact the error of form factors [default there: .1%]
-    #[arg(long, value_name = "PERCENT", value_parser = percent, conflicts_with = "samples", allow_negative_numbers = true)]
+    /// Choose rays and patches so that irradiance is known this well on 80 % of the surface, like
+    /// 1%; with --engine exact the error of form factors [default there: .1%]
+    #[arg(
+        long, value_name = "PERCENT", value_parser = percent, conflicts_with = "samples",
+        allow_negative_numbers = true
+    )]
     pub error: Option<f64>,
 
     /// Another seed gives other rays
@@ -308,11 +317,17 @@ pub struct Render {
     pub camera: Option<String>,
 
     /// Where the camera stands, in metres
-    #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true, requires = "target")]
+    #[arg(
+        long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true,
+        requires = "target"
+    )]
     pub eye: Option<DVec3>,
 
     /// What the camera looks at, in metres
-    #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true, requires = "eye")]
+    #[arg(
+        long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true,
+        requires = "eye"
+    )]
     pub target: Option<DVec3>,
 
     /// Vertical angle of view in degrees
@@ -324,7 +339,10 @@ pub struct Render {
     pub size: Option<(usize, usize)>,
 
     /// auto, or stops: radiance is multiplied by 2^EV
-    #[arg(long, value_name = "auto|EV", default_value = "auto", value_parser = exposure, allow_hyphen_values = true)]
+    #[arg(
+        long, value_name = "auto|EV", default_value = "auto", value_parser = exposure,
+        allow_hyphen_values = true
+    )]
     pub exposure: Exposure,
 
     /// How radiance becomes display light
@@ -348,7 +366,9 @@ pub struct Probe {
     pub points: Option<PathBuf>,
 
     /// A work plane: its corner, its two edges, and how many cells along each
-    #[arg(long, num_args = 4, value_names = ["X,Y,Z", "U", "V", "NUxNV"], allow_hyphen_values = true)]
+    #[arg(
+        long, num_args = 4, value_names = ["X,Y,Z", "U", "V", "NUxNV"], allow_hyphen_values = true
+    )]
     pub grid: Option<Vec<String>>,
 
     /// The result (.csv) [default: stdout]
@@ -389,7 +409,8 @@ pub enum EngineArg {
 /// `--cluster`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum ClusterArg {
-    /// In models of more than 100,000 sides that exchange light, and more than twice the patches wanted
+    /// In models of more than 100,000 sides that exchange light, and more than twice the patches
+    /// wanted
     Auto,
     /// Wherever neighbours have one material and lie nearly in one plane
     On,
@@ -513,7 +534,8 @@ pub fn percent(text: &str) -> Result<f64, String> {
     match text.trim().trim_end_matches('%').trim_end().parse::<f64>() {
         Ok(percent) if (LEAST..=100.0).contains(&percent) => Ok(percent / 100.0),
         _ => Err(format!(
-            "'{text}' is not an error in per cent from {LEAST} to 100; write it like .1 or .1%, which both \
+            "'{text}' is not an error in per cent from {LEAST} to 100; write it like .1 or .1%, \
+             which both \
              mean one in a thousand"
         )),
     }

@@ -3,13 +3,12 @@
 mod room;
 
 use std::io::{ErrorKind, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
 use hemicube::engines::EngineError;
 use hemicube::export::{
-    ExportError, write_csv, write_csv_file, write_mtx, write_npy, write_npz, write_surfaces,
-    write_whole,
+    ExportError, MATRIX_FORMATS, MatrixFormat, write_csv, write_matrix, write_surfaces, write_whole,
 };
 use hemicube::form_factors::SinkError;
 use hemicube::matrix::{
@@ -35,7 +34,8 @@ pub fn run(args: &Factors) -> Result<(), Failure> {
     let light = args.light();
     if light.engine() == EngineArg::Rays && args.error.is_some() {
         return Err(Failure::input(
-            "--error is not used by factors with --engine rays; leave it out, or use --engine exact",
+            "--error is not used by factors with --engine rays; leave it out, or use --engine \
+             exact",
         ));
     }
     let engine = engine_of(&light)?;
@@ -88,60 +88,38 @@ pub fn run(args: &Factors) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Kinds of files.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Format {
-    Npz,
-    Npy,
-    Mtx,
-    Csv,
-    Stdout,
-}
-
-/// What to write; refuses what cannot be written before any work is done.
-fn format_of(args: &Factors) -> Result<Format, Failure> {
+/// The format of the matrix (a table on stdout); refuses what cannot be written before any work is
+/// done.
+fn format_of(args: &Factors) -> Result<MatrixFormat, Failure> {
     for path in [&args.output, &args.surfaces, &args.report].into_iter().flatten() {
         ensure_folder(path)?;
     }
-    let extension =
-        |p: &PathBuf| p.extension().and_then(|e| e.to_str()).unwrap_or_default().to_lowercase();
-    if let Some(path) = args.surfaces.as_ref().filter(|p| extension(p) != "csv") {
+    let table = |path: &&PathBuf| MatrixFormat::of(path) == Some(MatrixFormat::Csv);
+    if let Some(path) = args.surfaces.as_ref().filter(|p| !table(p)) {
         return Err(Failure::Input(format!("{}: --surfaces is written as .csv", path.display())));
     }
-    let Some(path) = &args.output else {
-        return Ok(Format::Stdout);
-    };
-    match extension(path).as_str() {
-        "npz" => Ok(Format::Npz),
-        "npy" => Ok(Format::Npy),
-        "mtx" => Ok(Format::Mtx),
-        "csv" => Ok(Format::Csv),
-        _ => Err(Failure::Input(format!(
-            "{}: form factors are written as .npz, .npy, .mtx or .csv",
-            path.display()
-        ))),
-    }
+    let Some(path) = &args.output else { return Ok(MatrixFormat::Csv) };
+    MatrixFormat::of(path).ok_or_else(|| {
+        let path = path.display();
+        Failure::Input(format!("{path}: form factors are written as {MATRIX_FORMATS}"))
+    })
 }
 
 /// Writes the matrix, and what its rows stand for.
 fn write(
     args: &Factors,
-    format: Format,
+    format: MatrixFormat,
     rows: &dyn Rows,
     scene: &Scene,
     origin: &Origin,
     bar: &Bar,
 ) -> Result<(), Failure> {
     let surfaces = rows.surfaces(&scene.geometry);
-    let passes = if format == Format::Npz { 3 } else { 1 };
+    let passes = if format == MatrixFormat::Npz { 3 } else { 1 };
     bar.stage("write", passes * rows.len() as u64);
-    let path = args.output.as_deref().unwrap_or(Path::new("-"));
-    let written = match format {
-        Format::Npz => write_npz(path, rows, &surfaces, origin, bar),
-        Format::Npy => write_npy(path, rows, bar),
-        Format::Mtx => write_mtx(path, rows, origin, bar),
-        Format::Csv => write_csv_file(path, rows, bar),
-        Format::Stdout => {
+    let written = match &args.output {
+        Some(path) => write_matrix(path, rows, &surfaces, origin, bar),
+        None => {
             bar.finish();
             let mut out = std::io::BufWriter::new(std::io::stdout().lock());
             match write_csv(&mut out, rows, bar).and_then(|()| out.flush()) {
@@ -232,7 +210,8 @@ fn say_report(matrix: &Matrix, verbose: bool) {
     }
     if let Some(c) = &r.closure {
         say(&format!(
-            "enclosure: rows sum to 1 within {:.0e} after {} steps; scales from {:.4} to {:.4}; {:.2} % \
+            "enclosure: rows sum to 1 within {:.0e} after {} steps; scales from {:.4} to {:.4}; \
+             {:.2} % \
              RMS of asymmetry averaged out",
             c.residual.max(f64::EPSILON),
             c.steps,

@@ -5,7 +5,8 @@ use hemicube::visibility::{covered_triangles, looks_inside_out};
 
 use crate::args::Info;
 use crate::failure::Failure;
-use crate::input::{self, remedy};
+use crate::input;
+use crate::remedy;
 use crate::terminal::print;
 
 /// Runs the command.
@@ -14,14 +15,12 @@ pub fn run(args: &Info) -> Result<(), Failure> {
     let doubts = inspect(&scene);
     scene.findings.extend(doubts);
     if looks_inside_out(&scene.geometry) {
-        scene.findings.push(Finding {
-            severity: Severity::Warning,
-            place: String::from("whole model"),
-            message: String::from(
-                "most fronts see nothing while their backs see surfaces: the normals point outwards",
-            ),
-            remedy: String::from("turn them round with --flip, or use --sides two"),
-        });
+        scene.findings.push(Finding::new(
+            Severity::Warning,
+            "whole model",
+            "most fronts see nothing while their backs see surfaces: the normals point outwards",
+            "turn them round with --flip, or use --sides two",
+        ));
     }
     scene.findings.extend(covered(&scene));
     describe(&scene);
@@ -39,17 +38,16 @@ fn covered(scene: &Scene) -> Option<Finding> {
     let sampled =
         if g.len() > looked_at { format!(" of {looked_at} looked at") } else { String::new() };
     let surface = g.surfaces.get(g.surface_of[first.index()] as usize).map_or("?", |s| &s.name);
-    Some(Finding {
-        severity: Severity::Note,
-        place: format!("surface {surface}, triangle {}", first.0),
-        message: format!(
-            "{} triangles{sampled} are covered: most of what their centre sees are backs; the first is here",
+    Some(Finding::new(
+        Severity::Note,
+        format!("surface {surface}, triangle {}", first.0),
+        format!(
+            "{} triangles{sampled} are covered: most of what their centre sees are backs; the \
+             first is here",
             found.len()
         ),
-        remedy: String::from(
-            "no harm if something stands there; else turn the covering faces round",
-        ),
-    })
+        "no harm if something stands there; else turn the covering faces round",
+    ))
 }
 
 fn describe(scene: &Scene) {
@@ -104,7 +102,7 @@ fn describe(scene: &Scene) {
     for severity in [Severity::Warning, Severity::Note] {
         for f in scene.findings.iter().filter(|f| f.severity == severity) {
             let label = if severity == Severity::Warning { "warning" } else { "note" };
-            print(&format!("  {label}: {}: {}{}", f.place, f.message, remedy(&f.remedy)));
+            print(&format!("  {label}: {}: {}{}", f.place, f.message, remedy::of_finding(f)));
         }
     }
 }

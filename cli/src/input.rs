@@ -5,13 +5,13 @@ use std::path::Path;
 
 use glam::DVec3;
 use hemicube::render::viewpoint;
-use hemicube::scene::{
-    Camera, ImportOptions, Lamp, Scene, Severity, SidesChoice, builtin, ies, load,
-};
+use hemicube::scene::builtin::UnknownBuiltin;
+use hemicube::scene::{Camera, ImportOptions, Lamp, Scene, Severity, SidesChoice, ies, load};
 use hemicube::visibility::{Occluders, Surroundings, share};
 
 use crate::args::{Emission, Input, MOST_RADIANCE, Model, Render, SidesArg};
 use crate::failure::Failure;
+use crate::remedy;
 use crate::terminal::say;
 
 /// Reads the model: an existing path, or else a built-in's name.
@@ -23,9 +23,10 @@ pub fn read_model(
     let path = Path::new(&model.scene);
     let mut scene = if path.exists() {
         let (unit, up) = (model.unit.metres(), model.up);
-        load(path, &ImportOptions { unit, up, max_reflectance, sides }).map_err(Failure::input)?
+        load(path, &ImportOptions { unit, up, max_reflectance, sides })
+            .map_err(|e| Failure::Input(format!("{e}{}", remedy::of_import(&e))))?
     } else {
-        builtin::build(&model.scene).ok_or_else(|| no_such_scene(&model.scene))?
+        Scene::builtin(&model.scene).map_err(no_such_scene)?
     };
     scene.choose_sides(sides);
     if model.flip {
@@ -62,11 +63,9 @@ pub fn read(args: &Input) -> Result<Scene, Failure> {
     Ok(scene)
 }
 
-fn no_such_scene(name: &str) -> Failure {
-    let names: Vec<&str> = builtin::list().iter().map(|b| b.name).collect();
+fn no_such_scene(UnknownBuiltin { name, known }: UnknownBuiltin) -> Failure {
     Failure::Input(format!(
-        "{name}: no such file, nor a built-in scene; the built-in scenes are {}",
-        names.join(", ")
+        "{name}: no such file, nor a built-in scene; the built-in scenes are {known}"
     ))
 }
 
@@ -183,16 +182,11 @@ pub fn say_findings(scene: &Scene, quiet: bool) {
     let warnings: Vec<_> =
         scene.findings.iter().filter(|f| f.severity == Severity::Warning).collect();
     for f in warnings.iter().take(SHOWN) {
-        say(&format!("warning: {}: {}{}", f.place, f.message, remedy(&f.remedy)));
+        say(&format!("warning: {}: {}{}", f.place, f.message, remedy::of_finding(f)));
     }
     if warnings.len() > SHOWN {
         say(&format!("warning: and {} more; see hemicube info", warnings.len() - SHOWN));
     }
-}
-
-/// `; remedy`, or nothing.
-pub fn remedy(text: &str) -> String {
-    if text.is_empty() { String::new() } else { format!("; {text}") }
 }
 
 /// Lights a scene that has no light: an open one by a uniform sky. A closed one would stay dark.
@@ -207,8 +201,8 @@ pub fn ensure_light(scene: &mut Scene, camera: &Camera, quiet: bool) -> Result<(
     const CLOSED: f64 = 1e-3;
     if share(around.glimpses(), |g| g.hit.is_none()) < CLOSED {
         return Err(Failure::Input(format!(
-            "{}: nothing emits light and the room is closed: it would be dark. Let a material emit, \
-             for example --emission \"{}=10,10,10\"; the materials are {}",
+            "{}: nothing emits light and the room is closed: it would be dark. Let a material \
+             emit, for example --emission \"{}=10,10,10\"; the materials are {}",
             scene.name,
             scene.optics.materials.first().map_or("NAME", |m| &m.name),
             material_names(scene)

@@ -42,8 +42,8 @@ pub fn read(name: &str, text: &str) -> Result<Table, String> {
         let mut found = titles.iter().enumerate().filter(|(_, t)| **t == title).map(|(at, _)| at);
         *column = found.next().ok_or_else(|| {
             format!(
-                "{name}: line 1: no column '{title}'; the first line has to name x,y,z,nx,ny,nz, and \
-                 has {}",
+                "{name}: line 1: no column '{title}'; the first line has to name x,y,z,nx,ny,nz, \
+                 and has {}",
                 titles.join(",")
             )
         })?;
@@ -109,8 +109,8 @@ fn fields(line: &str) -> Vec<&str> {
     fields
 }
 
-/// The centres of the cells of a grid over a parallelogram: a corner, two edges, and the cells along
-/// each, as `--grid` gives them.
+/// The centres of the cells of a grid over a parallelogram: a corner, two edges, and the cells
+/// along each, as `--grid` gives them.
 pub fn grid(values: &[String]) -> Result<Table, String> {
     let [corner, u, v, cells] = values else {
         return Err(String::from("--grid: write it like 0,0.75,0 0,0,3 5,0,0 6x10"));

@@ -20,8 +20,8 @@ use crate::points::{self, Table, error, number};
 use crate::render::{ensure_folder, lit, say_details, set_threads, write_report};
 use crate::terminal::{Bar, catch_interrupts, print, say};
 
-/// Number of patches aimed at, beyond one a side of each source triangle. Points average over what they
-/// see, and the noise of patches with it; the size of patches beside a contact they do not.
+/// Number of patches aimed at, beyond one a side of each source triangle. Points average over what
+/// they see, and the noise of patches with it; the size of patches beside a contact they do not.
 const PATCHES: u64 = 40_000;
 
 /// Rays a row, for the same reason fewer.

@@ -8,9 +8,32 @@ use hemicube::matrix::{MatrixError, SameWith, StoredError};
 use hemicube::patches::PatchesError;
 use hemicube::refine::factor::RefineError;
 use hemicube::render::RenderError;
-use hemicube::scene::Sides;
+use hemicube::scene::{Finding, ImportError, Setting, Sides};
 use hemicube::solution::LightError;
 use hemicube::solve::SolveError;
+
+/// About a model that cannot be read.
+pub fn of_import(error: &ImportError) -> &'static str {
+    match error {
+        ImportError::TooFar { .. } => "; or give another --unit",
+        ImportError::Unit(_) => "; give another --unit",
+        ImportError::MaxReflectance(_) => "; give another --max-reflectance",
+        ImportError::Up(_) => "; give another --up",
+        _ => "",
+    }
+}
+
+/// About a finding: what can be done about it in the model, and the flag that settles it.
+pub fn of_finding(finding: &Finding) -> String {
+    let flag = finding.setting.map(|setting| match setting {
+        Setting::Unit(likely) => format!("use --unit {}", likely.join(", ")),
+        Setting::MaxReflectance => "or raise --max-reflectance".to_owned(),
+        Setting::Camera => "or give --eye and --target".to_owned(),
+    });
+    let remedies = [Some(finding.remedy.clone()), flag];
+    let remedies = remedies.into_iter().flatten().filter(|text| !text.is_empty());
+    remedies.map(|text| format!("; {text}")).collect()
+}
 
 /// About a scene that could not be lit.
 pub fn of_light(error: &LightError) -> String {

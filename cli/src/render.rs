@@ -4,24 +4,22 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::ValueEnum;
-use hemicube::direct::ApartOptions;
+use hemicube::View;
+use hemicube::direct::DirectOptions;
 use hemicube::engines::{
     Draw, EngineError, EngineOptions, ExactOptions, HemicubeOptions, RaysOptions,
 };
-use hemicube::export::{can_write, folder_of, read_npz, write_png, write_whole};
+use hemicube::export::{can_write, folder_of, read_npz, write_whole};
 use hemicube::form_factors::FormFactors;
 use hemicube::patches::Patches;
-use hemicube::progress::Progress;
 use hemicube::refine::factor::RefineError;
 use hemicube::render::{PictureOptions, RenderError, Renderer, check};
 use hemicube::report::{Report, Stage};
 use hemicube::scene::Scene;
-use hemicube::solution::{
-    Adaptive, Clustering, LightError, LightOptions, Solution, light, light_by,
-};
+use hemicube::solution::{Adaptive, Clustering, LightError, LightOptions, Solution, light_by};
 use hemicube::solve::Method;
-use hemicube::tone::{KEY, Tone};
-use hemicube::uncertainty::{Uncertainty, light_within};
+use hemicube::tone::Tone;
+use hemicube::uncertainty::Uncertainty;
 
 use crate::args::{
     ClusterArg, DeviceArg, DrawChoice, EngineArg, Exposure, Light, Render, SolverChoice, ToneChoice,
@@ -42,10 +40,8 @@ pub fn run(args: &Render) -> Result<(), Failure> {
     let mut scene = input::read(&args.input)?;
     let output = output_of(&scene, args)?;
     let camera = input::camera(&scene, args)?;
-    let (width, height) = args.size.unwrap_or_else(|| {
-        let aspect = camera.aspect.unwrap_or(4.0 / 3.0);
-        ((720.0 * aspect).round() as usize, 720)
-    });
+    let usual = View::through(camera.clone()).picture;
+    let (width, height) = args.size.unwrap_or((usual.width, usual.height));
     check(&camera, width, height).map_err(picture_failure)?;
     if let Some(report) = &args.light.report {
         ensure_folder(report)?;
@@ -60,27 +56,26 @@ pub fn run(args: &Render) -> Result<(), Failure> {
     let error = Uncertainty::of(&scene.geometry, &solution, &field).report(&solution);
     let seconds = start.elapsed().as_secs_f64();
     let start = Instant::now();
+    let view = View {
+        picture: PictureOptions { width, height, ..PictureOptions::default() },
+        exposure: match args.exposure {
+            Exposure::Auto => None,
+            Exposure::Stops(stops) => Some(stops),
+        },
+        tone: match args.tone {
+            ToneChoice::Agx => Tone::Agx,
+            ToneChoice::Reinhard => Tone::Reinhard,
+            ToneChoice::Linear => Tone::Linear,
+        },
+        ..View::through(camera)
+    };
     let renderer = Renderer::new(&scene, &field);
-    let options = PictureOptions { width, height, ..PictureOptions::default() };
-    let aspect = width as f64 / height as f64;
-    let exposure = match args.exposure {
-        Exposure::Auto => renderer.auto_exposure(&camera, aspect, KEY).map_err(picture_failure)?,
-        Exposure::Stops(stops) => stops.exp2(),
-    };
-    let tone = match args.tone {
-        ToneChoice::Agx => Tone::Agx,
-        ToneChoice::Reinhard => Tone::Reinhard,
-        ToneChoice::Linear => Tone::Linear,
-    };
-    bar.stage("picture", height as u64);
-    let picture = renderer
-        .render(&camera, &options, |s| tone.map(s.radiance * exposure), &bar)
-        .map_err(picture_failure)?;
+    let (picture, stops) = view.taken_by(&renderer, &bar).map_err(picture_failure)?;
     bar.finish();
-    write_png(&output, &picture).map_err(Failure::failed)?;
+    picture.save(&output).map_err(Failure::failed)?;
     let picture_seconds = start.elapsed().as_secs_f64();
     if !args.light.quiet && args.exposure == Exposure::Auto {
-        say(&format!("exposure: --exposure {:.2}", exposure.log2()));
+        say(&format!("exposure: --exposure {stops:.2}"));
     }
     solution.report.error = Some(error);
     solution.report.stages.push(Stage { name: "reconstruct", seconds });
@@ -137,7 +132,7 @@ pub fn lit(scene: &Scene, args: &Light, bar: &Bar) -> Result<Solution, Failure> 
             .zip(args.min_patch)
             .map(|(max_factor, min_area)| Adaptive { max_factor, min_area }),
         engine: engine_of(args)?,
-        direct: ApartOptions { seed, ..ApartOptions::default() },
+        direct: DirectOptions { seed, ..DirectOptions::default() },
         method: match args.solver {
             SolverChoice::GaussSeidel => Method::GaussSeidel,
             SolverChoice::Jacobi => Method::Jacobi,
@@ -145,6 +140,7 @@ pub fn lit(scene: &Scene, args: &Light, bar: &Bar) -> Result<Solution, Failure> 
             SolverChoice::Direct => Method::Direct,
         },
         tolerance: None,
+        error: args.error.filter(|_| sampled),
         memory,
     };
     let solution = match &args.factors {
@@ -152,10 +148,7 @@ pub fn lit(scene: &Scene, args: &Light, bar: &Bar) -> Result<Solution, Failure> 
             let (patches, factors) = stored(path, scene, args, memory)?;
             light_by(scene, patches, factors, &options, bar)
         }
-        None => match args.error {
-            Some(target) if sampled => light_within(scene, &options, target, bar),
-            _ => light(scene, &options, bar),
-        },
+        None => scene.light(&options, bar).map(|lit| lit.solution),
     };
     let solution = solution.map_err(|e| {
         Failure::of(e, |e| {
@@ -193,7 +186,8 @@ pub fn lit(scene: &Scene, args: &Light, bar: &Bar) -> Result<Solution, Failure> 
     let missed = args.error.zip(solution.report.error).filter(|(target, e)| e.total > *target);
     if let Some((target, error)) = missed.filter(|_| sampled && !args.quiet) {
         say(&format!(
-            "--error {}%: not reached, the best is {:.2} % (noise {:.2} %, size of patches {:.2} %); \
+            "--error {}%: not reached, the best is {:.2} % (noise {:.2} %, size of patches {:.2} \
+             %); \
              allow a larger error, or more --memory",
             100.0 * target,
             100.0 * error.total,
@@ -313,7 +307,8 @@ pub fn say_details(report: &Report) {
     }
     if let Some(r) = report.rows {
         say(&format!(
-            "rows: {} with {} entries ({} MiB); on average {:.4} to patches, {:.4} to the environment, \
+            "rows: {} with {} entries ({} MiB); on average {:.4} to patches, {:.4} to the \
+             environment, \
              {:.4} to backs, {:.4} lost; {} covered{}",
             r.rows,
             r.entries,

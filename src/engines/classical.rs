@@ -66,9 +66,9 @@ struct Facet {
 /// Visibilities are kept in at most so many bytes: enough for all of 64k patches.
 const MOST_KEPT: u64 = 512 << 20;
 
-/// What one thread needs to make a row.
+/// What a patch looks for, and what it finds: buffers of one thread.
 #[derive(Default)]
-struct Scratch {
+struct Looks {
     sight: Sight,
     asked: Vec<u32>,
     ends: Vec<Vec3>,
@@ -137,8 +137,8 @@ impl Classical {
 
     /// What patch `i` sees of all that face it and of which `unknown` says to find out, a bit a
     /// patch.
-    fn look(&self, i: u32, unknown: impl Fn(u32) -> bool, scratch: &mut Scratch) -> Box<[u64]> {
-        let Scratch { sight, asked, ends, blocked } = scratch;
+    fn look(&self, i: u32, unknown: impl Fn(u32) -> bool, looks: &mut Looks) -> Box<[u64]> {
+        let Looks { sight, asked, ends, blocked } = looks;
         asked.clear();
         asked.extend(self.facing(i).filter(|&j| unknown(j)));
         ends.clear();
@@ -218,9 +218,9 @@ impl Engine for Classical {
         let earlier = |at: u32, j: u32| order(j) != ABSENT && order(j) < at;
         let mut seen: Vec<Box<[u64]>> = (0..rows.len() as u32)
             .into_par_iter()
-            .map_init(Scratch::default, |scratch, at| {
+            .map_init(Looks::default, |looks, at| {
                 let unknown = |j: u32| me.known[j as usize].is_none() && !earlier(at, j);
-                me.look(rows[at as usize].0, unknown, scratch)
+                me.look(rows[at as usize].0, unknown, looks)
             })
             .collect();
         out.par_iter_mut().zip(0..rows.len() as u32).for_each(|(row, at)| {

@@ -66,7 +66,6 @@ mod points;
 mod polygon;
 mod rows;
 mod samples;
-mod sets;
 mod shadow_rays;
 mod shaft;
 mod sight;

@@ -47,21 +47,21 @@ pub struct Rays<'a> {
     lookups: Lookups<'a>,
     halves: [Table; 2],
     seed: u32,
-    scratch: Mutex<Vec<Box<Scratch>>>,
+    traced: Mutex<Vec<Box<Traced>>>,
 }
 
 /// Packets that are traced at a time.
 const PACKETS: usize = 32;
 
 /// Packets, and where their rays end: a patch, or a place behind the patches.
-struct Scratch {
+struct Traced {
     starts: Starts,
     packets: [Packet; PACKETS],
     hits: [Hits; PACKETS],
     places: [[u32; LANES]; PACKETS],
 }
 
-impl Default for Scratch {
+impl Default for Traced {
     fn default() -> Self {
         Self {
             starts: Starts::NONE,
@@ -85,8 +85,8 @@ impl<'a> Rays<'a> {
         let sets = sets_together(patches, bvh, rays / 2);
         let halves = [0, 1].map(|half| Table::new(rays / 2, 2 * options.seed + half, sets));
         let lookups = Lookups::new(bvh.ids(), patches);
-        let scratch = Mutex::new(Vec::new());
-        Self { geometry, patches, bvh, lookups, halves, seed: options.seed, scratch }
+        let traced = Mutex::new(Vec::new());
+        Self { geometry, patches, bvh, lookups, halves, seed: options.seed, traced }
     }
 
     /// Rays a row.
@@ -102,13 +102,13 @@ impl<'a> Rays<'a> {
 
     /// Makes the rows of patches that share packets.
     fn together(&self, ids: &[PatchId], rows: &mut [Row]) {
-        let mut scratch = self.locked().pop().unwrap_or_default();
-        make_rows(self, ids, &mut scratch, rows);
-        self.locked().push(scratch);
+        let mut traced = self.locked().pop().unwrap_or_default();
+        make_rows(self, ids, &mut traced, rows);
+        self.locked().push(traced);
     }
 
-    fn locked(&self) -> std::sync::MutexGuard<'_, Vec<Box<Scratch>>> {
-        self.scratch.lock().unwrap_or_else(PoisonError::into_inner)
+    fn locked(&self) -> std::sync::MutexGuard<'_, Vec<Box<Traced>>> {
+        self.traced.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// A ray from a cut patch or a cluster, one by one: it begins where the patch is.
@@ -129,7 +129,7 @@ impl Engine for Rays<'_> {
 
     fn bytes(&self, rows: usize) -> u64 {
         let threads = rows.min(rayon::current_num_threads()) as u64;
-        threads * size_of::<Scratch>() as u64 + self.bvh.bytes()
+        threads * size_of::<Traced>() as u64 + self.bvh.bytes()
     }
 
     fn fill(&mut self, rows: &[PatchId], out: &mut [Row]) -> Result<(), EngineError> {
@@ -152,11 +152,11 @@ fn sets_together(patches: &Patches, bvh: &Bvh, rays: usize) -> usize {
 }
 
 /// Makes the rows of patches that share packets.
-fn make_rows(engine: &Rays<'_>, ids: &[PatchId], scratch: &mut Scratch, rows: &mut [Row]) {
+fn make_rows(engine: &Rays<'_>, ids: &[PatchId], traced: &mut Traced, rows: &mut [Row]) {
     let (patches, geometry, bvh) = (engine.patches, engine.geometry, engine.bvh);
     let rays = engine.samples();
     let escape = environment(patches.len());
-    scratch.starts = Starts::NONE;
+    traced.starts = Starts::NONE;
     // Sets whose rays begin where the patch is, and not all over its cell.
     let mut one_by_one = Vec::new();
     let lanes = |set| engine.halves[0].lanes(set);
@@ -171,7 +171,7 @@ fn make_rows(engine: &Rays<'_>, ids: &[PatchId], scratch: &mut Scratch, rows: &m
         let own = bvh.solid(cell.triangle).unwrap_or(NOTHING);
         let axes = frame.axes.map(|a| a.as_vec3());
         for lane in lanes(set) {
-            scratch.starts.set(lane, [bvh.local(a), edges[0], edges[1]], axes, own);
+            traced.starts.set(lane, [bvh.local(a), edges[0], edges[1]], axes, own);
         }
         if patches.is_cluster(id) || patches.is_parted(id) {
             one_by_one.extend(lanes(set).map(|lane| (lane, id)));
@@ -185,22 +185,22 @@ fn make_rows(engine: &Rays<'_>, ids: &[PatchId], scratch: &mut Scratch, rows: &m
         for (set, id) in ids.iter().enumerate() {
             let seed = engine.seed.wrapping_mul(2).wrapping_add(half as u32);
             let mask = table.mask(u64::from(id.0) << 32 | u64::from(seed));
-            lanes(set).for_each(|lane| scratch.starts.set_mask(lane, mask));
+            lanes(set).for_each(|lane| traced.starts.set_mask(lane, mask));
         }
         for points in table.packets().chunks(PACKETS) {
-            let packets = &mut scratch.packets[..points.len()];
-            aim(points, &scratch.starts, packets);
+            let packets = &mut traced.packets[..points.len()];
+            aim(points, &traced.starts, packets);
             for &(lane, id) in &one_by_one {
                 for (points, packet) in points.iter().zip(packets.iter_mut()) {
-                    let (area, local) = scratch.starts.point(points, lane);
+                    let (area, local) = traced.starts.point(points, lane);
                     let area = DVec2::from_array(area.map(f64::from));
                     let (from, to, own) = engine.place_one(id, area, local);
                     packet.set(lane, from, to, f32::INFINITY, own);
                 }
             }
-            let hits = &mut scratch.hits[..points.len()];
+            let hits = &mut traced.hits[..points.len()];
             bvh.closest(packets, hits);
-            let places = &mut scratch.places[..points.len()];
+            let places = &mut traced.places[..points.len()];
             find(&engine.lookups, hits, places);
             for (set, row) in rows.iter_mut().enumerate() {
                 let (mut escaped, mut behind) = (0_u32, 0_u32);

@@ -32,8 +32,8 @@ fn field(text: &str) -> String {
     }
 }
 
-/// Writes a dense table whose first line and first column are the rows' labels. Advances `progress` by
-/// one a row.
+/// Writes a dense table whose first line and first column are the rows' labels. Advances `progress`
+/// by one a row.
 pub fn write_csv<R: Rows + ?Sized>(
     file: &mut dyn Write,
     rows: &R,

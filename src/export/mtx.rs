@@ -9,8 +9,8 @@ use super::{ExportError, write_with};
 use crate::matrix::{Origin, Rows};
 use crate::progress::Progress;
 
-/// Writes a matrix as a list of rows, columns (from 1) and form factors. Advances `progress` by one a
-/// row.
+/// Writes a matrix as a list of rows, columns (from 1) and form factors. Advances `progress` by one
+/// a row.
 pub fn write_mtx<R: Rows + ?Sized>(
     path: &Path,
     rows: &R,

@@ -1,9 +1,9 @@
 //! Sparse matrices as SciPy stores them (`scipy.sparse.save_npz`): a zip archive of arrays.
 //!
 //! `indptr`, `indices`, `data`, `shape` and `format` are compressed sparse rows, which
-//! `scipy.sparse.load_npz` reads. Beside them lie, for `numpy.load`, `area` (m²), `environment`
-//! and `back` (shares of each row), `names` where rows are lumped, and `hemicube`: what the matrix is of,
-//! as JSON.
+//! `scipy.sparse.load_npz` reads. Beside them lie, for `numpy.load`, `area` (m²), `environment` and
+//! `back` (shares of each row), `names` where rows are lumped, and `hemicube`: what the matrix is
+//! of, as JSON.
 
 pub(super) mod read;
 #[cfg(test)]

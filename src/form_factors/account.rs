@@ -30,8 +30,8 @@ pub struct RowsReport {
     pub lost: f64,
     /// Patches most of whose view is the back of something: covered.
     pub covered: usize,
-    /// RMS of `A_i F_ij - A_j F_ji` over RMS of `A_i F_ij`, over a sample of rows; `None` where rows
-    /// are themselves samples.
+    /// RMS of `A_i F_ij - A_j F_ji` over RMS of `A_i F_ij`, over a sample of rows; `None` where
+    /// rows are themselves samples.
     pub reciprocity_rms: Option<f64>,
 }
 

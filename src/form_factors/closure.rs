@@ -9,12 +9,12 @@
 //! F_ij = d_i S_ij d_j / A_i        Σ_j F_ij = 1        A_i F_ij = A_j F_ji
 //! ```
 //!
-//! Such `d` are unique but for special patterns, and keep what is positive positive and what is zero
-//! zero (Sinkhorn & Knopp 1967, "Concerning nonnegative matrices and doubly stochastic matrices";
-//! symmetric matrices: Csima & Datta 1972, "The DAD theorem for symmetric non-negative matrices").
-//! For form factors van Leersum (1989) and Lawson (1995, "An improved method for smoothing
-//! approximate exchange areas") reach the same two conditions by other iterations. The scales are found
-//! by Newton's method ([`scaling`]).
+//! Such `d` are unique but for special patterns, and keep what is positive positive and what is
+//! zero zero (Sinkhorn & Knopp 1967, "Concerning nonnegative matrices and doubly stochastic
+//! matrices"; symmetric matrices: Csima & Datta 1972, "The DAD theorem for symmetric non-negative
+//! matrices"). For form factors van Leersum (1989) and Lawson (1995, "An improved method for
+//! smoothing approximate exchange areas") reach the same two conditions by other iterations. The
+//! scales are found by Newton's method ([`scaling`]).
 
 mod error;
 mod exchange;
@@ -32,9 +32,9 @@ pub const OPEN: f64 = 0.01;
 
 /// How a matrix was closed.
 ///
-/// `F_ij = left_i S_ij right_j` in double precision, where `S` are the stored exchange areas: the same
-/// number for both factors of a pair, so that `A_i F_ij = A_j F_ji` but for the rounding of two
-/// products.
+/// `F_ij = left_i S_ij right_j` in double precision, where `S` are the stored exchange areas: the
+/// same number for both factors of a pair, so that `A_i F_ij = A_j F_ji` but for the rounding of
+/// two products.
 #[derive(Debug, Clone)]
 pub struct Closure {
     /// Of each patch: scale over area, in the unit of the stored exchange areas.
@@ -54,8 +54,8 @@ pub struct Closure {
 }
 
 /// Closes the matrix of an enclosure: `factors` become exchange areas, to be scaled as the
-/// [`Closure`] says. Pairs whose form factors are both below `threshold` (0..1) are dropped before, but
-/// for the largest of a row.
+/// [`Closure`] says. Pairs whose form factors are both below `threshold` (0..1) are dropped before,
+/// but for the largest of a row.
 ///
 /// `areas` (m²) are those of the patches; every row is stored as shares. Patches more than half of
 /// whose view is covered by backs are left out and named.

@@ -15,8 +15,8 @@ use crate::patches::PatchId;
 pub(crate) type RowMut<'a> = (&'a [PatchId], &'a mut [f32]);
 
 impl FormFactors {
-    /// All rows by patch, their weights to be changed; patches without a row have an empty one, as have
-    /// those whose weights are not [`Weights::Each`].
+    /// All rows by patch, their weights to be changed; patches without a row have an empty one, as
+    /// have those whose weights are not [`Weights::Each`].
     pub(crate) fn plain_rows_mut(&mut self) -> Vec<RowMut<'_>> {
         let mut blocks: Vec<Vec<Option<RowMut<'_>>>> = self
             .blocks

@@ -1,7 +1,7 @@
 //! The form factor from a point to a polygon, in closed form.
 //!
-//! J.H. Lambert (1760), "Photometria": seen from a point with unit normal n, a polygon whose corners
-//! lie at r_0, r_1, … has the form factor
+//! J.H. Lambert (1760), "Photometria": seen from a point with unit normal n, a polygon whose
+//! corners lie at r_0, r_1, … has the form factor
 //!
 //! ```text
 //! F = |Σ_k θ_k n·Γ_k| / 2π        Γ_k = r_k × r_{k+1} / |r_k × r_{k+1}|

@@ -34,7 +34,8 @@ impl<W: Copy + Default + PartialEq + AddAssign> Tally<W> {
         std::mem::take(&mut self.sums[patch as usize])
     }
 
-    /// Moves the sums that are not zero into `weights`, and their patches, ascending, into `columns`.
+    /// Moves the sums that are not zero into `weights`, and their patches, ascending, into
+    /// `columns`.
     pub fn write(&mut self, columns: &mut Vec<PatchId>, weights: &mut Vec<W>) {
         columns.clear();
         weights.clear();

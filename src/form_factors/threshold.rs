@@ -6,8 +6,8 @@ use super::sink::SinkError;
 use super::stored::FormFactors;
 use crate::patches::PatchId;
 
-/// Drops form factors below `threshold` (0..1), except the largest of each row. Returns for each patch
-/// the factor that restores the sum that its row had before; 1 where nothing was dropped.
+/// Drops form factors below `threshold` (0..1), except the largest of each row. Returns for each
+/// patch the factor that restores the sum that its row had before; 1 where nothing was dropped.
 ///
 /// Rows are changed one by one: reciprocity suffers by as much as sums are restored. Where a matrix
 /// is to be [closed](super::close) too, that drops pairs instead.

@@ -15,8 +15,8 @@ pub struct Face {
 }
 
 /// The rows of a matrix in order: the fronts of all triangles as in the file, then, if any is
-/// two-sided, the backs of all. A side that is cut into patches has a row for each; one without has a
-/// single row of zeros.
+/// two-sided, the backs of all. A side that is cut into patches has a row for each; one without has
+/// a single row of zeros.
 #[derive(Debug, Clone)]
 pub struct Layout {
     /// What each row stands for.

@@ -10,8 +10,8 @@ pub struct MatrixOptions {
     pub patch_size: Option<f64>,
     /// Who makes the form factors. Default: the exact engine.
     pub engine: EngineOptions,
-    /// Whether the model is an enclosure, whose matrix is to be [closed](crate::form_factors::close).
-    /// Default: no.
+    /// Whether the model is an enclosure, whose matrix is to be
+    /// [closed](crate::form_factors::close). Default: no.
     pub enclosure: bool,
     /// Form factors below this are left out, 0..1; 0 keeps all. Default 0.
     pub threshold: f64,

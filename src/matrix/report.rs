@@ -68,8 +68,8 @@ pub struct NamedRow {
     pub value: f64,
 }
 
-/// What rows lose numerically: what entries, environment and backs leave of 1. It is negative where they
-/// exceed it.
+/// What rows lose numerically: what entries, environment and backs leave of 1. It is negative where
+/// they exceed it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LostReport {
     /// Area-weighted mean of its size.
@@ -94,8 +94,8 @@ pub struct ClosureReport {
     pub steps: usize,
     /// Largest `|Σ_j F_ij - 1|` left.
     pub residual: f64,
-    /// RMS of `A_i F_ij - A_j F_ji` over RMS of `A_i F_ij` as rows were made; the mean of the two was
-    /// taken.
+    /// RMS of `A_i F_ij - A_j F_ji` over RMS of `A_i F_ij` as rows were made; the mean of the two
+    /// was taken.
     pub asymmetry: f64,
     /// Smallest scale of a patch.
     pub smallest_scale: f64,

@@ -31,8 +31,8 @@ pub trait Rows: Sync {
     /// How exactly entries are known.
     fn precision(&self) -> Precision;
 
-    /// Replaces `columns`, ascending, and `values` by those of row `i`. Fails only where rows are not in
-    /// memory.
+    /// Replaces `columns`, ascending, and `values` by those of row `i`. Fails only where rows are
+    /// not in memory.
     fn row(&self, i: usize, columns: &mut Vec<u32>, values: &mut Vec<f64>) -> io::Result<()>;
 
     /// What row `i` is called.
@@ -41,8 +41,8 @@ pub trait Rows: Sync {
     /// What each row stands for.
     fn surfaces(&self, geometry: &Geometry) -> Vec<SurfaceRow>;
 
-    /// Shares of row `i` that go with its entries as they are: to the environment, and to backs that
-    /// have no row.
+    /// Shares of row `i` that go with its entries as they are: to the environment, and to backs
+    /// that have no row.
     fn rest(&self, i: usize) -> [f64; 2];
 }
 

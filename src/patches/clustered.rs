@@ -8,8 +8,8 @@
 //!
 //! Edges that nothing is joined across: those of one triangle or of more than two; folds; where the
 //! label, the sidedness or the winding changes; and where something else stands on the edge. A
-//! triangle that a contact line passes through stays alone, so that no cluster lies on both sides of
-//! a wall, and none is ever cut by a contact.
+//! triangle that a contact line passes through stays alone, so that no cluster lies on both sides
+//! of a wall, and none is ever cut by a contact.
 
 mod region;
 mod remnants;

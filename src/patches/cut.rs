@@ -73,8 +73,8 @@ impl CutPatch {
         self.lines.iter().map(|l| [l.from, l.to])
     }
 
-    /// For each cell of the table the owner of all of it, patch `id` being the one that is cut; `None`
-    /// where the point itself decides.
+    /// For each cell of the table the owner of all of it, patch `id` being the one that is cut;
+    /// `None` where the point itself decides.
     pub(crate) fn table(&self, id: PatchId) -> impl Iterator<Item = Option<PatchId>> + '_ {
         self.table.iter().map(move |&code| match code {
             0 => Some(id),

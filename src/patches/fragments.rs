@@ -16,6 +16,7 @@ pub(super) struct Fragments(pub(super) HashMap<PatchId, Vec<Fragment>>);
 pub(super) struct Fragment {
     /// Corners in the coordinates of the source triangle, in its winding.
     pub uv: [DVec2; 3],
-    /// Sum of the areas of the fragments up to this one, in units of twice that of the source triangle.
+    /// Sum of the areas of the fragments up to this one, in units of twice that of the source
+    /// triangle.
     pub up_to: f64,
 }

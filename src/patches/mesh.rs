@@ -68,8 +68,8 @@ impl Patches {
         self.cells[id.index()]
     }
 
-    /// The source triangles that a patch has parts of, ascending: several if it is a cluster. All lie
-    /// on the side of its [`cell`](Self::cell).
+    /// The source triangles that a patch has parts of, ascending: several if it is a cluster. All
+    /// lie on the side of its [`cell`](Self::cell).
     #[must_use]
     pub fn members(&self, id: PatchId) -> &[TriangleId] {
         match self.members.of(id.index()) {
@@ -138,9 +138,9 @@ impl Patches {
         .map(PatchId)
     }
 
-    /// The patch that a point belongs to; `None` on a side that exchanges no light. Mostly the patch
-    /// under it, or a neighbour if something that stands on the surface parts it from the centre of
-    /// that patch.
+    /// The patch that a point belongs to; `None` on a side that exchanges no light. Mostly the
+    /// patch under it, or a neighbour if something that stands on the surface parts it from the
+    /// centre of that patch.
     #[must_use]
     pub fn at(&self, p: SurfacePoint) -> Option<PatchId> {
         if let Some(finest) = &self.finest {

@@ -23,7 +23,8 @@ pub struct SurfacePoint {
     pub triangle: TriangleId,
     /// The side of it.
     pub side: Side,
-    /// Barycentric coordinates of the corners `b` and `c`: the point is `a + u (b - a) + v (c - a)`.
+    /// Barycentric coordinates of the corners `b` and `c`: the point is `a + u (b - a) + v (c -
+    /// a)`.
     pub uv: DVec2,
 }
 

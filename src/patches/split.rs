@@ -29,8 +29,8 @@ pub const MAX_LEVEL: u8 = 14;
 pub enum Split {
     /// It has no patch: a back that does not reflect, or a triangle that takes no part.
     None,
-    /// A uniform grid of `4^level` patches that begins at `first`; all members of a cluster have the
-    /// same `first` and level 0.
+    /// A uniform grid of `4^level` patches that begins at `first`; all members of a cluster have
+    /// the same `first` and level 0.
     Uniform {
         /// Id of the first patch.
         first: u32,

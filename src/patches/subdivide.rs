@@ -23,16 +23,16 @@ impl Patches {
         Ok(Self::build(geometry, &levels, contacts, &[]))
     }
 
-    /// Splits source triangles larger than `max_area` (m²) like [`uniform`](Self::uniform), and joins
-    /// smaller ones: connected triangles of the same `label` (an opaque number a triangle; none for
-    /// those beyond its end) and sidedness become one patch, a cluster, while
+    /// Splits source triangles larger than `max_area` (m²) like [`uniform`](Self::uniform), and
+    /// joins smaller ones: connected triangles of the same `label` (an opaque number a triangle;
+    /// none for those beyond its end) and sidedness become one patch, a cluster, while
     ///
     /// - its area is at most `max_area`,
     /// - the normals of its members differ from their mean by at most [`MAX_ANGLE`],
     /// - its extent is at most [`MAX_DIAMETER`] `√max_area`.
     ///
-    /// Triangles that something stands on or passes through stay patches of their own, and no cluster
-    /// crosses an edge on which something stands.
+    /// Triangles that something stands on or passes through stay patches of their own, and no
+    /// cluster crosses an edge on which something stands.
     pub fn clustered(
         geometry: &Geometry,
         max_area: f64,
@@ -161,8 +161,8 @@ impl Patches {
         low
     }
 
-    /// How many patches [`clustered`](Self::clustered) makes of flat surfaces, about; bends and many
-    /// small parts add to it.
+    /// How many patches [`clustered`](Self::clustered) makes of flat surfaces, about; bends and
+    /// many small parts add to it.
     #[must_use]
     pub fn clustered_count(geometry: &Geometry, max_area: f64) -> f64 {
         exchanging_areas(geometry)
@@ -173,7 +173,8 @@ impl Patches {
             .sum()
     }
 
-    /// The largest area (m²) for which [`clustered_count`](Self::clustered_count) is at least `count`.
+    /// The largest area (m²) for which [`clustered_count`](Self::clustered_count) is at least
+    /// `count`.
     #[must_use]
     pub fn clustered_area(geometry: &Geometry, count: f64) -> f64 {
         let total: f64 = exchanging_areas(geometry).sum();

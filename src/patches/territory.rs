@@ -1,9 +1,9 @@
 //! What belongs to patches where something stands on the surface or passes through it.
 //!
-//! What lies beyond a contact line belongs to a neighbour ([`Patches::at`]). A cell is cut along all
-//! contact lines within it first, so that each part lies on one side of them; parts of several owners
-//! (the end of a line lies within them) are split further, and the smallest go to whom their middle
-//! belongs.
+//! What lies beyond a contact line belongs to a neighbour ([`Patches::at`]). A cell is cut along
+//! all contact lines within it first, so that each part lies on one side of them; parts of several
+//! owners (the end of a line lies within them) are split further, and the smallest go to whom their
+//! middle belongs.
 
 use glam::DVec2;
 
@@ -19,8 +19,9 @@ const SPLITS: u32 = 4;
 const THIN: f64 = 1e-6;
 
 impl Patches {
-    /// The triangles that belong to a patch, in the coordinates of the source triangle of its cell and
-    /// in its winding; `None` if these are all of its cell, or of its members, and nothing else.
+    /// The triangles that belong to a patch, in the coordinates of the source triangle of its cell
+    /// and in its winding; `None` if these are all of its cell, or of its members, and nothing
+    /// else.
     pub(crate) fn parts(
         &self,
         id: PatchId,
@@ -28,8 +29,8 @@ impl Patches {
         self.parts_of(id).map(|parts| parts.iter().map(|p| p.uv))
     }
 
-    /// Area in m² of what belongs to a patch: all of it that is not beyond a contact line, and the parts
-    /// of its neighbours that are.
+    /// Area in m² of what belongs to a patch: all of it that is not beyond a contact line, and the
+    /// parts of its neighbours that are.
     #[must_use]
     pub fn own_area(&self, id: PatchId) -> f64 {
         let Some([.., last]) = self.parts_of(id) else { return self.area(id) };
@@ -37,7 +38,8 @@ impl Patches {
         2.0 * last.up_to * cells * self.area(id)
     }
 
-    /// The point of what belongs to a patch with coordinates `u` in the unit square, uniform in area.
+    /// The point of what belongs to a patch with coordinates `u` in the unit square, uniform in
+    /// area.
     #[must_use]
     pub fn sample_own(&self, id: PatchId, u: DVec2) -> SurfacePoint {
         let Some(parts @ [.., last]) = self.parts_of(id) else { return self.sample(id, u) };

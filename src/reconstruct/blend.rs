@@ -9,8 +9,8 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::fit::{Linear, fit};
 use super::mesh::{Incidence, Mesh};
-use super::{Linear, fit};
 use crate::patches::{PatchId, Patches};
 use crate::scene::{Geometry, Rgb};
 

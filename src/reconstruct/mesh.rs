@@ -98,8 +98,8 @@ impl Mesh {
         self.border[v]
     }
 
-    /// The vertex at a lattice point of a side, and for a point on its border with the finer lattice of
-    /// a neighbour, in that.
+    /// The vertex at a lattice point of a side, and for a point on its border with the finer
+    /// lattice of a neighbour, in that.
     fn vertex(&self, side: usize, point: [u32; 3]) -> VertexId {
         let level = self.levels[side];
         let n = 1 << level;
@@ -153,8 +153,8 @@ impl Mesh {
         self.hanging[id.index()]
     }
 
-    /// The vertices along a patch's edge k from corner k to corner k + 1, each with its place on it,
-    /// 0..1.
+    /// The vertices along a patch's edge k from corner k to corner k + 1, each with its place on
+    /// it, 0..1.
     pub fn edge_vertices(&self, cell: &Cell, k: usize) -> Vec<(f64, VertexId)> {
         let side = side_index(cell.triangle, cell.side);
         let lattice = self.lattice(cell);

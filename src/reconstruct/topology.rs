@@ -1,6 +1,6 @@
 //! Which edges of source triangles are smooth.
 
-use crate::patches::{Patches, side_index};
+use crate::patches::{Patches, Sets, side_index};
 use crate::scene::edges::{EdgeUse, edge_uses, shared};
 use crate::scene::{Geometry, Side, TriangleId};
 
@@ -42,7 +42,7 @@ impl Topology {
             corners: Vec::new(),
             classes: 0,
         };
-        let mut union = Union((0..3 * sides as u32).collect());
+        let mut classes = Sets::new(3 * sides);
         let (uses, _) = edge_uses(geometry);
         for ends in shared(&uses) {
             let pairs = pairs_of(geometry, patches, ends);
@@ -69,7 +69,7 @@ impl Topology {
                                 me.edges[p][usize::from(far.k)] =
                                     ChainUse { edge, reversed: far.reversed };
                                 for (a, b) in corners(end).into_iter().zip(corners(far)) {
-                                    union.join((3 * s + a) as u32, (3 * p + b) as u32);
+                                    classes.join((3 * s + a) as u32, (3 * p + b) as u32);
                                 }
                             }
                         }
@@ -86,7 +86,7 @@ impl Topology {
         me.corners = (0..sides)
             .map(|s| {
                 [0, 1, 2].map(|k| {
-                    let root = union.root((3 * s + k) as u32) as usize;
+                    let root = classes.find((3 * s + k) as u32) as usize;
                     if class[root] == u32::MAX && level(s).is_some() {
                         class[root] = me.classes;
                         me.classes += 1;
@@ -132,23 +132,4 @@ fn pairs_of(geometry: &Geometry, patches: &Patches, ends: &[EdgeUse]) -> Vec<(Si
         .filter(|&s| free(a, s) && free(b, across(s)))
         .map(|s| ((a.triangle, s), (b.triangle, across(s))))
         .collect()
-}
-
-/// Disjoint sets.
-struct Union(Vec<u32>);
-
-impl Union {
-    fn root(&mut self, mut i: u32) -> u32 {
-        while self.0[i as usize] != i {
-            let parent = self.0[i as usize];
-            self.0[i as usize] = self.0[parent as usize];
-            i = parent;
-        }
-        i
-    }
-
-    fn join(&mut self, a: u32, b: u32) {
-        let (a, b) = (self.root(a), self.root(b));
-        self.0[a.max(b) as usize] = a.min(b);
-    }
 }

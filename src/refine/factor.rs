@@ -1,15 +1,15 @@
 //! Adaptive subdivision by form factor: algorithm 2 of Kulyasov & Nikulin (2012).
 //!
 //! Begin with large patches; compute all form factors; split the patches whose form factor exceeds
-//! the tolerance, and repeat. F_ij > ε splits j, the patch seen; it may be split only while its area
-//! exceeds the smallest size, so the result coarsens the uniform mesh of that size.
+//! the tolerance, and repeat. F_ij > ε splits j, the patch seen; it may be split only while its
+//! area exceeds the smallest size, so the result coarsens the uniform mesh of that size.
 //!
 //! # Deviations
 //! The paper computes everything again in each pass. Here every row is made once. A patch that is
-//! split has the same centroid as its middle part, so a row made for it remains the row of that part;
-//! and rows are made on the uniform mesh of the smallest size, so that each says at once how far
-//! everything it sees must be split. The last step adds up the parts: the sums are the rows of the
-//! adaptive mesh, and the rule holds on them by construction.
+//! split has the same centroid as its middle part, so a row made for it remains the row of that
+//! part; and rows are made on the uniform mesh of the smallest size, so that each says at once how
+//! far everything it sees must be split. The last step adds up the parts: the sums are the rows of
+//! the adaptive mesh, and the rule holds on them by construction.
 
 use std::sync::Arc;
 
@@ -62,8 +62,8 @@ pub struct Refined {
 }
 
 impl FactorRule {
-    /// The adaptive mesh of `geometry`; `engine` makes the rows of `finest`, the uniform mesh of the
-    /// smallest size. Rows take at most `memory` bytes. Advances `progress` by one a row.
+    /// The adaptive mesh of `geometry`; `engine` makes the rows of `finest`, the uniform mesh of
+    /// the smallest size. Rows take at most `memory` bytes. Advances `progress` by one a row.
     pub fn refine(
         &self,
         geometry: &Geometry,
@@ -94,9 +94,9 @@ impl FactorRule {
             let demanded: Vec<Vec<Cell>> = ids
                 .par_chunks(64)
                 .map_init(
-                    || Room::new(cells.nodes()),
-                    |room, ids| {
-                        ids.iter().flat_map(|&i| self.demands(&cells, &rows, i, room)).collect()
+                    || RowSums::new(cells.nodes()),
+                    |sums, ids| {
+                        ids.iter().flat_map(|&i| self.demands(&cells, &rows, i, sums)).collect()
                     },
                 )
                 .collect();
@@ -125,11 +125,11 @@ impl FactorRule {
         cells: &SplitCells,
         rows: &FormFactors,
         i: PatchId,
-        room: &mut Room,
+        sums: &mut RowSums,
     ) -> Vec<Cell> {
         let Some(row) = rows.row(i) else { return Vec::new() };
         let leaf_of = cells.leaf_of();
-        let (leaves, factors) = row.merged(leaf_of, &mut room.merger);
+        let (leaves, factors) = row.merged(leaf_of, &mut sums.merger);
         let large: Vec<PatchId> = (0..)
             .zip(&leaves)
             .filter(|&(k, _)| factors.get(k) > self.max_factor)
@@ -139,18 +139,18 @@ impl FactorRule {
         if large.is_empty() {
             return wanted;
         }
-        large.iter().for_each(|leaf| room.large[leaf.index()] = true);
+        large.iter().for_each(|leaf| sums.large[leaf.index()] = true);
         let finest = cells.finest();
         let parts: Vec<(Cell, f64)> = row
             .entries()
-            .filter(|(j, _)| room.large.get(leaf_of[j.index()] as usize).is_some_and(|l| *l))
+            .filter(|(j, _)| sums.large.get(leaf_of[j.index()] as usize).is_some_and(|l| *l))
             .map(|(j, f)| (finest.cell(j), f))
             .collect();
-        large.iter().for_each(|leaf| room.large[leaf.index()] = false);
+        large.iter().for_each(|leaf| sums.large[leaf.index()] = false);
         let same_side =
             |a: &(Cell, f64), b: &(Cell, f64)| (a.0.triangle, a.0.side) == (b.0.triangle, b.0.side);
         for parts in parts.chunk_by(same_side) {
-            self.demands_on_side(cells, parts, &mut room.sums, &mut wanted);
+            self.demands_on_side(cells, parts, &mut sums.of_nodes, &mut wanted);
         }
         wanted
     }
@@ -188,15 +188,15 @@ impl FactorRule {
 }
 
 /// What it takes to look at a row; numbers and marks a node of [`SplitCells`], all zero in between.
-struct Room {
+struct RowSums {
     merger: Merger,
     large: Vec<bool>,
-    sums: Vec<f64>,
+    of_nodes: Vec<f64>,
 }
 
-impl Room {
+impl RowSums {
     fn new(nodes: usize) -> Self {
-        Self { merger: Merger::new(nodes), large: vec![false; nodes], sums: vec![0.0; nodes] }
+        Self { merger: Merger::new(nodes), large: vec![false; nodes], of_nodes: vec![0.0; nodes] }
     }
 }
 

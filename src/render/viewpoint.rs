@@ -45,7 +45,7 @@ pub fn viewpoint(scene: &Scene) -> Option<Viewpoint> {
         let floor = centre - up * (0.5 * height);
         let middle = if ROOM_HEIGHTS.contains(&height) { floor + up * EYE_HEIGHT } else { centre };
         let around = Surroundings::of(&occluders, middle, up, None);
-        let room = Room {
+        let interior = Interior {
             geometry: &scene.geometry,
             occluders: &occluders,
             around: &around,
@@ -57,7 +57,7 @@ pub fn viewpoint(scene: &Scene) -> Option<Viewpoint> {
         (0..DIRECTIONS)
             .map(|k| {
                 let angle = k as f64 / DIRECTIONS as f64 * std::f64::consts::TAU;
-                room.view(east * angle.cos() + north * angle.sin())
+                interior.view(east * angle.cos() + north * angle.sin())
             })
             .max_by(|a, b| a.0.total_cmp(&b.0))?
             .1
@@ -84,8 +84,8 @@ fn camera(up: DVec3) -> Camera {
     }
 }
 
-/// A room that is looked at from within, or through its open side.
-struct Room<'a> {
+/// An interior that is looked at from within, or through its open side.
+struct Interior<'a> {
     geometry: &'a Geometry,
     occluders: &'a Occluders,
     /// What is seen from the middle.
@@ -98,9 +98,9 @@ struct Room<'a> {
     half: DVec3,
 }
 
-impl Room<'_> {
-    /// A view through the middle, and how much area of the room it shows: from as far back as the room allows, or
-    /// from before its open side.
+impl Interior<'_> {
+    /// A view through the middle, and how much area of the room it shows: from as far back as the
+    /// room allows, or from before its open side.
     fn view(&self, forward: DVec3) -> (f64, Camera) {
         let behind = self.around.distance(-forward);
         let extent = |axis: DVec3| self.half.dot(axis.abs());

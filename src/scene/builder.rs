@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::geometry::{Sides, Surface, TriangleState};
 use super::optics::{ASSUMED_TEXTURE, Material, OPAQUE_ALPHA, Optics};
 use super::texture::Texture;
-use super::{Camera, Finding, Lamp, Rgb, Scene, Severity};
+use super::{Camera, Finding, Lamp, Rgb, Scene, Setting, Severity};
 
 /// Largest reflectance unless the user says otherwise: brighter "white" is a modelling default
 /// rather than a paint, and light would hardly ever be absorbed.
@@ -139,12 +139,12 @@ impl SceneBuilder {
         message: impl Into<String>,
         remedy: impl Into<String>,
     ) {
-        self.scene.findings.push(Finding {
-            severity,
-            place: place.into(),
-            message: message.into(),
-            remedy: remedy.into(),
-        });
+        self.add_finding(Finding::new(severity, place, message, remedy));
+    }
+
+    /// Adds something worth knowing that a choice of the caller's settles.
+    pub(super) fn add_finding(&mut self, finding: Finding) {
+        self.scene.findings.push(finding);
     }
 
     /// The finished scene.
@@ -190,15 +190,15 @@ impl SceneBuilder {
         let sampler = match optics.textures[index as usize].decode() {
             Ok(sampler) => sampler,
             Err(error) => {
-                self.scene.findings.push(Finding {
-                    severity: Severity::Warning,
-                    place: format!("texture {}", error.name),
-                    message: format!(
+                self.scene.findings.push(Finding::new(
+                    Severity::Warning,
+                    format!("texture {}", error.name),
+                    format!(
                         "does not decode ({}); a mid-grey of {ASSUMED_TEXTURE} is assumed",
                         error.problem
                     ),
-                    remedy: "save it as PNG or JPEG".into(),
-                });
+                    "save it as PNG or JPEG",
+                ));
                 for &t in users {
                     let material = &optics.materials[optics.material_of[t] as usize];
                     if material.reflectance_texture == Some(index) {
@@ -249,14 +249,12 @@ impl SceneBuilder {
         }
         for (material, count) in optics.materials.iter().zip(count) {
             if count > 0 {
-                self.scene.findings.push(Finding {
-                    severity: Severity::Note,
-                    place: format!("material {}", material.name),
-                    message: format!(
-                        "lets light through: {count} triangles are left out as if not there"
-                    ),
-                    remedy: "make it opaque (alpha of at least .5) if it should block light".into(),
-                });
+                self.scene.findings.push(Finding::new(
+                    Severity::Note,
+                    format!("material {}", material.name),
+                    format!("lets light through: {count} triangles are left out as if not there"),
+                    "make it opaque (alpha of at least .5) if it should block light",
+                ));
             }
         }
     }
@@ -272,12 +270,13 @@ impl SceneBuilder {
         }
         for (material, brightest) in optics.materials.iter().zip(brightest) {
             if brightest > limit {
-                self.scene.findings.push(Finding {
-                    severity: Severity::Note,
-                    place: format!("material {}", material.name),
-                    message: format!("reflectance {brightest:.3} is clamped to {limit}"),
-                    remedy: "give it a measured reflectance, or raise --max-reflectance".into(),
-                });
+                let clamped = Finding::new(
+                    Severity::Note,
+                    format!("material {}", material.name),
+                    format!("reflectance {brightest:.3} is clamped to {limit}"),
+                    "give it a measured reflectance",
+                );
+                self.scene.findings.push(clamped.settled_by(Setting::MaxReflectance));
             }
         }
     }

@@ -69,6 +69,36 @@ pub fn build(name: &str) -> Option<Scene> {
     BUILTINS.iter().find(|b| b.name == name).map(|b| (b.make)())
 }
 
+/// There is no built-in scene of that name.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{name}: no such built-in scene; the built-in scenes are {known}")]
+pub struct UnknownBuiltin {
+    /// What was asked for.
+    pub name: String,
+    /// The names of all that there are.
+    pub known: String,
+}
+
+impl Scene {
+    /// Makes the built-in scene of that name ([`builtin::list`](list) has them all).
+    ///
+    /// ```
+    /// use hemicube::scene::Scene;
+    ///
+    /// assert!(Scene::builtin("cornell-box")?.optics.emits());
+    /// # Ok::<(), hemicube::scene::builtin::UnknownBuiltin>(())
+    /// ```
+    ///
+    /// # Errors
+    /// If there is none.
+    pub fn builtin(name: &str) -> Result<Self, UnknownBuiltin> {
+        build(name).ok_or_else(|| UnknownBuiltin {
+            name: name.to_owned(),
+            known: BUILTINS.iter().map(|b| b.name).collect::<Vec<_>>().join(", "),
+        })
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -86,7 +116,8 @@ mod tests {
             assert!(scene.optics.emits());
             assert!(scene.findings.is_empty());
         }
-        assert!(build("no such scene").is_none());
+        let error = Scene::builtin("nowhere").unwrap_err().to_string();
+        assert!(error.starts_with("nowhere: no such") && error.contains("cornell-box, furnace"));
     }
 
     #[test]

@@ -18,3 +18,18 @@ pub struct Camera {
     /// Width over height, if the camera has an opinion.
     pub aspect: Option<f64>,
 }
+
+impl Camera {
+    /// A camera at `eye` (m) that looks at `target`, y upwards, 40° high.
+    #[must_use]
+    pub fn at(eye: DVec3, target: DVec3) -> Self {
+        Self {
+            name: String::from("camera"),
+            eye,
+            forward: (target - eye).normalize_or_zero(),
+            up: DVec3::Y,
+            vfov: 40_f64.to_radians(),
+            aspect: None,
+        }
+    }
+}

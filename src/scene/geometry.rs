@@ -94,6 +94,13 @@ pub struct Geometry {
 /// would be rounding noise in the `f32` kernels.
 const DEGENERATE_ASPECT: f64 = 1e-7;
 
+/// Most triangles and vertices of a scene. A small file can ask for more than any memory holds by
+/// instancing a mesh over and over.
+pub(super) const MAX_ELEMENTS: usize = 1 << 25;
+
+/// Largest coordinate in metres: beyond it areas overflow the `f32` kernels.
+pub(super) const MAX_COORDINATE: f64 = 1e15;
+
 impl Geometry {
     /// Number of source triangles, flagged ones included.
     #[must_use]

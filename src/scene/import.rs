@@ -6,10 +6,10 @@ use std::path::Path;
 use glam::DVec3;
 
 use super::builder::{MAX_REFLECTANCE, SceneBuilder};
-use super::geometry::Sides;
+use super::geometry::{MAX_COORDINATE, Sides};
 use super::lamp::Lamp;
 use super::model::Scene;
-use super::source::{ImportError, Place, Source};
+use super::source::{ImportError, Source};
 use super::{gltf, obj, ply, stl};
 
 /// Which sides of triangles reflect.
@@ -43,9 +43,6 @@ impl Default for ImportOptions {
         Self { unit: 1.0, up: None, max_reflectance: MAX_REFLECTANCE, sides: SidesChoice::File }
     }
 }
-
-/// Largest coordinate in metres: beyond it areas overflow the `f32` kernels.
-const MAX_COORDINATE: f64 = 1e15;
 
 /// Reads a model: glTF 2.0 (`.gltf`, `.glb`), Wavefront OBJ (`.obj`), STL (`.stl`) or PLY (`.ply`).
 ///
@@ -87,29 +84,22 @@ pub fn load(path: &Path, options: &ImportOptions) -> Result<Scene, ImportError> 
     scale(&mut scene, options.unit);
     let in_range = |v: &DVec3| v.is_finite() && v.abs().max_element() <= MAX_COORDINATE;
     if !scene.geometry.vertices.iter().all(in_range) {
-        return Err(source.malformed(
-            Place::Element("vertices".into()),
-            format!("a coordinate exceeds {MAX_COORDINATE:e} metres"),
-            "check the model's scale and --unit",
-        ));
+        return Err(ImportError::TooFar { path: path.into(), limit: MAX_COORDINATE });
     }
     scene.choose_sides(options.sides);
     Ok(scene)
 }
 
 fn check(options: &ImportOptions) -> Result<(), ImportError> {
-    let fail = |message: String| Err(ImportError::Options(message));
-    if !(options.unit.is_finite() && options.unit > 0.0) {
-        return fail(format!("--unit must be a positive length, not {} m", options.unit));
+    let ImportOptions { unit, up, max_reflectance, .. } = *options;
+    if !(unit.is_finite() && unit > 0.0) {
+        return Err(ImportError::Unit(unit));
     }
-    if !(0.0..1.0).contains(&options.max_reflectance) {
-        return fail(format!(
-            "--max-reflectance must be at least 0 and below 1, not {}",
-            options.max_reflectance
-        ));
+    if !(0.0..1.0).contains(&max_reflectance) {
+        return Err(ImportError::MaxReflectance(max_reflectance));
     }
-    if options.up.is_some_and(|up| !up.is_finite() || up.length_squared() <= 0.0) {
-        return fail("--up must be a direction other than zero".into());
+    if let Some(up) = up.filter(|up| !up.is_finite() || up.length_squared() <= 0.0) {
+        return Err(ImportError::Up(up));
     }
     Ok(())
 }
@@ -134,6 +124,14 @@ fn scale(scene: &mut Scene, unit: f64) {
 }
 
 impl Scene {
+    /// Reads a model as its file says, in metres; [`load`] takes options.
+    ///
+    /// # Errors
+    /// As [`load`].
+    pub fn load(path: impl AsRef<Path>) -> Result<Self, ImportError> {
+        load(path.as_ref(), &ImportOptions::default())
+    }
+
     /// Lets other sides reflect than the model says.
     pub fn choose_sides(&mut self, choice: SidesChoice) {
         let sides = match choice {

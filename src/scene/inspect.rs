@@ -61,15 +61,11 @@ fn count(n: usize, one: &str, many: &str) -> String {
     if n == 1 { format!("1 {one}") } else { format!("{n} {many}") }
 }
 
-fn finding(severity: Severity, place: String, message: String, remedy: &str) -> Finding {
-    Finding { severity, place, message, remedy: remedy.into() }
-}
-
 fn degenerate(g: &Geometry) -> Option<Finding> {
     let mut found = g.ids().filter(|t| g.state[t.index()] == TriangleState::Degenerate);
     let first = found.next()?;
     let n = 1 + found.count();
-    Some(finding(
+    Some(Finding::new(
         Severity::Note,
         place(g, first, g.corners(first)[0]),
         format!(
@@ -109,7 +105,7 @@ fn duplicate(g: &Geometry) -> Option<Finding> {
     } else {
         String::new()
     };
-    Some(finding(
+    Some(Finding::new(
         Severity::Warning,
         place(g, first, centroid(g, first)),
         format!(
@@ -132,7 +128,7 @@ fn overlapping(g: &Geometry, found: &overlap::Overlaps) -> Finding {
     } else {
         String::new()
     };
-    finding(
+    Finding::new(
         Severity::Warning,
         place(g, a, centroid(g, a)),
         format!(
@@ -150,15 +146,15 @@ fn open_or_closed(g: &Geometry, edges: &Edges) -> Option<Finding> {
         return None;
     }
     let Some(first) = edges.boundary.first() else {
-        return Some(finding(
+        return Some(Finding::new(
             Severity::Note,
-            "model".into(),
-            "closed: every edge is shared by triangles".into(),
+            "model",
+            "closed: every edge is shared by triangles",
             "",
         ));
     };
     let n = edges.boundary.len();
-    Some(finding(
+    Some(Finding::new(
         Severity::Note,
         place(g, first.triangle, edges.middle(first)),
         format!("open: {}; the first is here", count(n, "boundary edge", "boundary edges")),
@@ -175,7 +171,7 @@ fn winding(scene: &Scene, edges: &Edges) -> Option<Finding> {
             || scene.optics.emission.get(t.index()).is_some_and(|e| e.max_element() > 0.0)
     };
     let serious = edges.turned.iter().any(|e| matters(e.triangle) || matters(e.other));
-    Some(finding(
+    Some(Finding::new(
         if serious { Severity::Warning } else { Severity::Note },
         place(g, first.triangle, edges.middle(first)),
         format!(
@@ -190,7 +186,7 @@ fn winding(scene: &Scene, edges: &Edges) -> Option<Finding> {
 
 fn t_vertices(g: &Geometry, found: &edges::TVertices) -> Finding {
     let at_least = if found.partial { "at least " } else { "" };
-    finding(
+    Finding::new(
         Severity::Note,
         place(g, found.first, found.at),
         format!(

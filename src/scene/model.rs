@@ -66,21 +66,21 @@ fn doubts(lamp: &str, photometry: &Photometry) -> Vec<Finding> {
     let mut found = Vec::new();
     let flux = photometry.flux();
     if let Some(rated) = photometry.rated_flux().filter(|rated| flux > GAIN * rated) {
-        found.push(Finding {
-            severity: Severity::Warning,
-            place: place.clone(),
-            message: format!("sends out {flux:.0} lm, more than the {rated:.0} lm of its lamps"),
-            remedy: "check the candela multiplier and the lumens in its photometric file".into(),
-        });
+        found.push(Finding::new(
+            Severity::Warning,
+            place.clone(),
+            format!("sends out {flux:.0} lm, more than the {rated:.0} lm of its lamps"),
+            "check the candela multiplier and the lumens in its photometric file",
+        ));
     }
     if photometry.opening() > 0.0 {
         let size = photometry.opening();
-        found.push(Finding {
-            severity: Severity::Note,
+        found.push(Finding::new(
+            Severity::Note,
             place,
-            message: format!("is {size:.2} m wide; all its light comes from one point"),
-            remedy: format!("expect it to be right from about {:.1} m on", 5.0 * size),
-        });
+            format!("is {size:.2} m wide; all its light comes from one point"),
+            format!("expect it to be right from about {:.1} m on", 5.0 * size),
+        ));
     }
     found
 }

@@ -4,6 +4,10 @@ use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use glam::DVec3;
+
+use super::geometry::MAX_ELEMENTS;
+
 /// Why a model could not be read: the file, the place in it, and what to do.
 #[derive(Debug, thiserror::Error)]
 pub enum ImportError {
@@ -73,9 +77,23 @@ pub enum ImportError {
         /// The largest allowed number.
         limit: usize,
     },
-    /// An option has no sense.
-    #[error("{0}")]
-    Options(String),
+    /// A coordinate lies beyond what single precision can deal with.
+    #[error("{}: vertices: a coordinate exceeds {limit:e} metres; check the model's scale", path.display())]
+    TooFar {
+        /// The file.
+        path: PathBuf,
+        /// The largest allowed coordinate in metres.
+        limit: f64,
+    },
+    /// The unit asked for is no length.
+    #[error("the model's unit must be a positive length, not {0} m")]
+    Unit(f64),
+    /// The largest reflectance asked for is none.
+    #[error("the largest reflectance must be at least 0 and below 1, not {0}")]
+    MaxReflectance(f64),
+    /// The direction upwards asked for is none.
+    #[error("{0} is no direction for upwards: it is zero, or not finite")]
+    Up(DVec3),
 }
 
 /// The extensions of model files that are read.
@@ -101,10 +119,6 @@ impl fmt::Display for Place {
 
 /// What to do about a file whose parts do not fit together.
 pub(super) const EXPORT_AGAIN: &str = "export the model again";
-
-/// Most triangles and vertices of a scene. A small file can ask for more than any memory holds by
-/// instancing a mesh over and over.
-pub(super) const MAX_ELEMENTS: usize = 1 << 25;
 
 /// A file being read.
 pub(super) struct Source<'a> {

@@ -7,8 +7,9 @@ use crate::progress::Progress;
 use crate::scene::Rgb;
 use crate::solve::{SolveError, SolveOptions, System, solve_near};
 
-/// Irradiance as each half of the rays alone would give it, to the first order of their difference: by
-/// what each half finds that the light that it gathers should be, and by where that light then goes.
+/// Irradiance as each half of the rays alone would give it, to the first order of their difference:
+/// by what each half finds that the light that it gathers should be, and by where that light then
+/// goes.
 pub(super) fn solve_halves(
     system: &System<'_>,
     irradiance: &[Rgb],

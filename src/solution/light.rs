@@ -6,7 +6,7 @@ use super::error::LightError;
 use super::halves::solve_halves;
 use super::memory::check_memory;
 use super::options::{Adaptive, CLUSTERED_PATCHES, LightOptions};
-use crate::direct::{self, ApartOptions, DirectLight};
+use crate::direct::{self, DirectLight, DirectOptions};
 use crate::engines::{AssembleError, Engine, EngineOptions, EngineReport, assemble_lit};
 use crate::form_factors::{Account, FormFactors, RowsReport};
 use crate::patches::{PatchId, Patches};
@@ -86,8 +86,8 @@ pub fn light(
     };
     let lamps;
     let (patches, factors) = match refined {
-        // Rows from the centres of patches serve every mesh that has the same centres; rows from all
-        // over a patch do not.
+        // Rows from the centres of patches serve every mesh that has the same centres; rows from
+        // all over a patch do not.
         Some(refined) if engine.sees_from_centres() => {
             lamps = direct::from_lamps(scene, &refined.patches, &bvh);
             drop(engine);
@@ -110,8 +110,8 @@ pub fn light(
         }
     };
     clock.lap("form factors");
-    let apart = matches!(options.engine, EngineOptions::Rays(_)).then_some(options.direct);
-    let made = Made { patches, factors, bvh, apart, patch_size, engine: engine_report };
+    let analytic = matches!(options.engine, EngineOptions::Rays(_)).then_some(options.direct);
+    let made = Made { patches, factors, bvh, analytic, patch_size, engine: engine_report };
     lit_by(scene, made, &lamps, options, clock, progress)
 }
 
@@ -128,7 +128,7 @@ pub fn light_by(
     let lamps = direct::from_lamps(scene, &patches, &bvh);
     let patch_size = patches.ids().map(|i| patches.area(i)).fold(0.0, f64::max);
     let engine = EngineReport::named("stored");
-    let made = Made { patches, factors, bvh, apart: None, patch_size, engine };
+    let made = Made { patches, factors, bvh, analytic: None, patch_size, engine };
     lit_by(scene, made, &lamps, options, clock, progress)
 }
 
@@ -137,8 +137,8 @@ struct Made {
     patches: Patches,
     factors: FormFactors,
     bvh: Bvh,
-    /// How emitters are set apart from the factors, if they are.
-    apart: Option<ApartOptions>,
+    /// How emitters are analytic, unless all light goes through the rows.
+    analytic: Option<DirectOptions>,
     patch_size: f64,
     engine: EngineReport,
 }
@@ -153,13 +153,13 @@ fn lit_by(
     progress: &dyn Progress,
 ) -> Result<Solution, LightError> {
     let geometry = &scene.geometry;
-    let Made { patches, factors, bvh, apart, patch_size, engine } = made;
+    let Made { patches, factors, bvh, analytic, patch_size, engine } = made;
     let rho = direct::reflectance(&scene.optics, &patches);
     let emission = direct::emission(&scene.optics, &patches);
-    let mut direct = match apart {
-        Some(apart) => {
+    let mut direct = match analytic {
+        Some(options) => {
             progress.stage("direct light", 0);
-            let found = direct::apart(scene, &patches, &factors, &bvh, apart);
+            let found = direct::analytic(scene, &patches, &factors, &bvh, options);
             clock.lap("direct light");
             found
         }

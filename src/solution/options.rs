@@ -1,6 +1,6 @@
 //! How a scene is lit.
 
-use crate::direct::ApartOptions;
+use crate::direct::DirectOptions;
 use crate::engines::{EngineOptions, RaysOptions};
 use crate::patches::Patches;
 use crate::scene::{Geometry, Side};
@@ -19,14 +19,17 @@ pub struct LightOptions {
     pub adaptive: Option<Adaptive>,
     /// Who makes the form factors. Default: sampled rays.
     pub engine: EngineOptions,
-    /// How light straight from emitters is set apart from sampled rows. Other engines see emitters
-    /// well enough and do not use this.
-    pub direct: ApartOptions,
+    /// Which emitters light patches analytically, and not through sampled rows. Other engines see
+    /// emitters well enough and do not use this.
+    pub direct: DirectOptions,
     /// How the balance is solved. Default: Gauss-Seidel.
     pub method: Method,
     /// The residual to reach, relative. Default: 1e-4 with sampled rows, whose noise is larger,
     /// 1e-6 with others.
     pub tolerance: Option<f64>,
+    /// The error aimed at, of irradiance on four fifths of the lit surface, as a share of 1:
+    /// [`Scene::light`] then chooses rays and patches. With sampled rays only. Default: none.
+    pub error: Option<f64>,
     /// Bytes that the work may take. Default [`DEFAULT_MEMORY`].
     pub memory: u64,
 }
@@ -38,9 +41,10 @@ impl Default for LightOptions {
             cluster: Clustering::Auto,
             adaptive: None,
             engine: EngineOptions::Rays(RaysOptions::default()),
-            direct: ApartOptions::default(),
+            direct: DirectOptions::default(),
             method: Method::default(),
             tolerance: None,
+            error: None,
             memory: DEFAULT_MEMORY,
         }
     }

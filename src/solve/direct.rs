@@ -12,8 +12,8 @@ const NUMBER: u64 = 8;
 /// Share of the matrix's memory that the elimination needs beside it, at most.
 const BESIDE: f64 = 0.1;
 
-/// `(I - F diag(ρ_c)) H_c = D_c` for the patches with a row; the others have `H = D` and move to the
-/// right-hand side. Channels with equal reflectances share one factorisation.
+/// `(I - F diag(ρ_c)) H_c = D_c` for the patches with a row; the others have `H = D` and move to
+/// the right-hand side. Channels with equal reflectances share one factorisation.
 pub(super) fn solve(
     system: &System<'_>,
     options: &SolveOptions,

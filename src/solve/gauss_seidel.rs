@@ -1,11 +1,12 @@
-//! Block Gauss-Seidel: patches gather with the newest values of all blocks before theirs; sweeps are
-//! combined as Anderson (1965) does.
+//! Block Gauss-Seidel: patches gather with the newest values of all blocks before theirs; sweeps
+//! are combined as Anderson (1965) does.
 
 use std::collections::VecDeque;
 
 use rayon::prelude::*;
 
-use super::{Method, SolveError, SolveOptions, SolveReport, System, relative};
+use super::system::relative;
+use super::{Method, SolveError, SolveOptions, SolveReport, System};
 use crate::patches::PatchId;
 use crate::progress::Progress;
 use crate::scene::Rgb;
@@ -100,8 +101,8 @@ impl Mixer {
     }
 }
 
-/// The weight of each past difference whose changes, so weighted, come nearest to `change`, by modified
-/// Gram-Schmidt; zero where differences say nothing new.
+/// The weight of each past difference whose changes, so weighted, come nearest to `change`, by
+/// modified Gram-Schmidt; zero where differences say nothing new.
 fn least_squares(past: &VecDeque<(Vec<Rgb>, Vec<Rgb>)>, change: &[Rgb]) -> Vec<Rgb> {
     let n = past.len();
     let mut rest = change.to_vec();

@@ -1,6 +1,7 @@
 //! Jacobi iteration: every patch gathers with the values of the last iteration.
 
-use super::{Method, SolveError, SolveOptions, SolveReport, System, relative};
+use super::system::relative;
+use super::{Method, SolveError, SolveOptions, SolveReport, System};
 use crate::progress::Progress;
 use crate::scene::Rgb;
 

@@ -4,12 +4,12 @@
 //! P A = L U        L unit lower, U upper triangular, both in the place of A
 //! ```
 //!
-//! A panel of columns is factorised, then the columns right of it are updated, `U₁₂ = L₁₁⁻¹ A₁₂` and
-//! `A₂₂ - L₂₁ U₁₂`, and factorised in turn (Golub & Van Loan, "Matrix Computations", block LU with
-//! partial pivoting). A panel is factorised likewise, by halves (Toledo 1997, "Locality of reference
-//! in LU decomposition with partial pivoting"). So nearly all work is products of matrices: these
-//! read L₂₁ packed in the order of a small kernel that stays in registers (Goto & van de Geijn 2008,
-//! "Anatomy of high-performance matrix multiplication").
+//! A panel of columns is factorised, then the columns right of it are updated, `U₁₂ = L₁₁⁻¹ A₁₂`
+//! and `A₂₂ - L₂₁ U₁₂`, and factorised in turn (Golub & Van Loan, "Matrix Computations", block LU
+//! with partial pivoting). A panel is factorised likewise, by halves (Toledo 1997, "Locality of
+//! reference in LU decomposition with partial pivoting"). So nearly all work is products of
+//! matrices: these read L₂₁ packed in the order of a small kernel that stays in registers (Goto &
+//! van de Geijn 2008, "Anatomy of high-performance matrix multiplication").
 //!
 //! Every number is the outcome of the same operations in the same order for any number of threads
 //! and any set of instructions.
@@ -155,7 +155,8 @@ fn subtract_kernel(to: &mut [f64], column: &[f64], x: f64) {
     }
 }
 
-/// L₂₁ in the order in which the kernel reads it: [`ROWS`] rows at a time, of these column by column.
+/// L₂₁ in the order in which the kernel reads it: [`ROWS`] rows at a time, of these column by
+/// column.
 struct Packed {
     /// Rows are filled up with zeros to a multiple of [`ROWS`].
     numbers: Vec<[f64; ROWS]>,
@@ -196,8 +197,9 @@ impl Packed {
 }
 
 multiversion! {
-    /// Subtracts the product of [`ROWS`] rows of L₂₁ and of `upper` from rows `top` on of columns of
-    /// length `n`. `upper` has [`COLUMNS`] columns of U₁₂ at a time, each group as long as `lower`.
+    /// Subtracts the product of [`ROWS`] rows of L₂₁ and of `upper` from rows `top` on of columns
+    /// of length `n`. `upper` has [`COLUMNS`] columns of U₁₂ at a time, each group as long as
+    /// `lower`.
     fn update(
         columns: &mut [f64],
         n: usize,

@@ -3,7 +3,8 @@
 //! Cohen, Chen, Wallace & Greenberg (1988), "A progressive refinement approach to fast radiosity
 //! image generation", here on stored columns F_ji, so that it solves the same system as gathering.
 
-use super::{Method, SolveError, SolveOptions, SolveReport, System, relative};
+use super::system::relative;
+use super::{Method, SolveError, SolveOptions, SolveReport, System};
 use crate::form_factors::FormFactors;
 use crate::patches::PatchId;
 use crate::progress::Progress;
@@ -12,14 +13,14 @@ use crate::scene::Rgb;
 /// The matrix column by column.
 struct Columns {
     starts: Vec<usize>,
-    rows: Vec<u32>,
+    rows: Vec<PatchId>,
     weights: Vec<f32>,
 }
 
 impl Columns {
     fn new(f: &FormFactors) -> Self {
         let n = f.len();
-        let stored = || (0..n as u32).filter_map(|i| Some((i, f.row(PatchId(i))?)));
+        let stored = || (0..n as u32).map(PatchId).filter_map(|i| Some((i, f.row(i)?)));
         let mut starts = vec![0; n + 1];
         for (_, row) in stored() {
             for j in row.columns {
@@ -30,7 +31,7 @@ impl Columns {
             starts[j + 1] += starts[j];
         }
         let mut next = starts.clone();
-        let (mut rows, mut weights) = (vec![0; starts[n]], vec![0.0; starts[n]]);
+        let (mut rows, mut weights) = (vec![PatchId(0); starts[n]], vec![0.0; starts[n]]);
         for (i, row) in stored() {
             for (j, w) in row.entries() {
                 let at = &mut next[j.index()];
@@ -44,10 +45,7 @@ impl Columns {
 
     fn column(&self, j: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
         let at = self.starts[j]..self.starts[j + 1];
-        self.rows[at.clone()]
-            .iter()
-            .zip(&self.weights[at])
-            .map(|(&i, &w)| (i as usize, f64::from(w)))
+        self.rows[at.clone()].iter().zip(&self.weights[at]).map(|(i, &w)| (i.index(), f64::from(w)))
     }
 }
 

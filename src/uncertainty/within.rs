@@ -26,14 +26,14 @@ const SOLVER: f64 = 0.05;
 /// Noise falls as this power of the number of rays, evenly spread as they are.
 const NOISE_POWER: f64 = 0.7;
 
-/// What patches blur falls as this power of their area: between that of smooth light (1) and that of a
-/// shadow's border (1/4).
+/// What patches blur falls as this power of their area: between that of smooth light (1) and that
+/// of a shadow's border (1/4).
 const SIZE_POWER: f64 = 0.4;
 
 /// Lights a scene by sampled rows so well that the error stated ([`ErrorReport::total`]) is at most
-/// `target`, a share of 1: rays and, unless `options` say how large patches are, patches are made more
-/// until it is. If that is out of reach, because memory or the largest number of rays is, the best
-/// solution is yielded; its report says how good it is.
+/// `target`, a share of 1: rays and, unless `options` say how large patches are, patches are made
+/// more until it is. If that is out of reach, because memory or the largest number of rays is, the
+/// best solution is yielded; its report says how good it is.
 ///
 /// Other engines than [`EngineOptions::Rays`] light the scene once as they are told to.
 pub fn light_within(

@@ -55,8 +55,8 @@ const PROBE: DVec3 = DVec3::new(0.352_673_1, 0.471_238_9, 0.808_437_6);
 const ROUNDING: f64 = 4e-6;
 
 impl Bodies {
-    /// Finds the closed bodies among `solid`, the solid triangles of `geometry` with their corners in
-    /// distinct positions.
+    /// Finds the closed bodies among `solid`, the solid triangles of `geometry` with their corners
+    /// in distinct positions.
     pub fn find(geometry: &Geometry, solid: &[TriangleId], corners: &[[u32; 3]]) -> Self {
         let (low, high) = geometry.bounds().unwrap_or_default();
         let (centre, size) = (0.5 * (low + high), (high - low).length());
@@ -99,8 +99,8 @@ impl Bodies {
         Self { body_of: vec![NONE; solid], ..Self::default() }
     }
 
-    /// Marks the solid triangles whose back `origin` faces and which hide it there. `own` is the solid
-    /// triangle whose front (`on_front`) or back it lies on.
+    /// Marks the solid triangles whose back `origin` faces and which hide it there. `own` is the
+    /// solid triangle whose front (`on_front`) or back it lies on.
     pub fn hide(&self, origin: DVec3, own: Option<(usize, bool)>, hidden: &mut Vec<bool>) {
         hidden.resize(self.body_of.len(), false);
         if self.bodies.is_empty() {
@@ -228,8 +228,8 @@ fn wind_kernel(walls: &[Walls], p: Vec3, tolerance: f32, winding: &mut Option<i3
     *winding = sure.then(|| sums.iter().sum());
 }
 
-/// The solid triangles of each connected surface whose every edge joins two triangles that run along
-/// it in opposite directions.
+/// The solid triangles of each connected surface whose every edge joins two triangles that run
+/// along it in opposite directions.
 fn shells(corners: &[[u32; 3]]) -> Vec<Vec<u32>> {
     let mut uses: Vec<(u64, bool, u32)> = (0_u32..)
         .zip(corners)
@@ -337,7 +337,8 @@ mod tests {
     fn backs_are_hidden_from_outside_and_not_from_inside() {
         let (_, bodies) = boxes(&[(DVec3::ZERO, 1.0), (DVec3::X * 5.0, 1.0)]);
         assert_eq!(bodies.bodies.len(), 2);
-        // From beside each box five of its faces are seen from behind, or four from before a corner.
+        // From beside each box five of its faces are seen from behind, or four from before a
+        // corner.
         assert_eq!(hidden(&bodies, -3.0), 20);
         assert_eq!(hidden(&bodies, 0.2), 10, "inside the first, all of it stays");
         assert_eq!(hidden(&bodies, -1.0), 10, "on the surface nothing is sure");

@@ -5,8 +5,9 @@
 //! are the unit of distance, and a shear turns each ray into the axis itself, so that a triangle
 //! becomes a drawing in the plane and the ray a point of it (Woop, Benthin & Wald 2013, "Watertight
 //! ray/triangle intersection"). A position is drawn alike for all triangles that share it, and an
-//! edge function x₁y₂ - x₂y₁ without contraction never has the wrong sign, only perhaps the value 0,
-//! which counts as inside. So no ray slips through between triangles that share an edge or a vertex.
+//! edge function x₁y₂ - x₂y₁ without contraction never has the wrong sign, only perhaps the value
+//! 0, which counts as inside. So no ray slips through between triangles that share an edge or a
+//! vertex.
 //!
 //! # Rounding
 //!
@@ -29,8 +30,8 @@
 //! # Limits
 //!
 //! A ray that starts within 2δ of an edge of its own triangle may pass between that and its
-//! neighbour: what it begins on, it does not meet. Rays that leave the back of a triangle as near to
-//! an edge may meet a neighbour in the same plane that is wound the other way. Meshes whose
+//! neighbour: what it begins on, it does not meet. Rays that leave the back of a triangle as near
+//! to an edge may meet a neighbour in the same plane that is wound the other way. Meshes whose
 //! neighbours do not share vertices are as tight as their coordinates.
 
 mod build;
@@ -167,8 +168,8 @@ impl Bvh {
         origin + direction * (closest - 2.0 * self.radius / length2.sqrt()).max(0.0)
     }
 
-    /// What a ray from `origin` (m) meets first, the triangle `own` left out. The direction may have
-    /// any length but 0.
+    /// What a ray from `origin` (m) meets first, the triangle `own` left out. The direction may
+    /// have any length but 0.
     #[must_use]
     pub fn see(&self, origin: DVec3, direction: DVec3, own: Option<TriangleId>) -> Option<Met> {
         let unit = direction.try_normalize()?;

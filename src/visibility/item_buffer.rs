@@ -170,8 +170,8 @@ macro_rules! each_face {
 }
 pub(crate) use each_face;
 
-/// A vector of the frame as (right, up, forward) of face `F` of the hemicube: 0 the top, which is also
-/// a camera's picture, then +x, -x, +y, -y. All are right-handed.
+/// A vector of the frame as (right, up, forward) of face `F` of the hemicube: 0 the top, which is
+/// also a camera's picture, then +x, -x, +y, -y. All are right-handed.
 #[inline(always)]
 pub(crate) fn turn<const F: usize>(v: Vec3) -> [f32; 3] {
     match F {
@@ -279,8 +279,8 @@ impl ItemBuffer {
         &self.items
     }
 
-    /// Calls `visit` with the direction (to the plane at distance 1, in world axes), the item and the
-    /// distance of each pixel of face `F`.
+    /// Calls `visit` with the direction (to the plane at distance 1, in world axes), the item and
+    /// the distance of each pixel of face `F`.
     pub(crate) fn glimpses<const F: usize>(
         &self,
         face: &Face,
@@ -402,8 +402,8 @@ impl ItemBuffer {
     }
 }
 
-/// Where a triangle begins and ends on rows of pixels: between the zeros of its edge functions, which
-/// are straight lines, x = p y + q in pixels.
+/// Where a triangle begins and ends on rows of pixels: between the zeros of its edge functions,
+/// which are straight lines, x = p y + q in pixels.
 struct Spans {
     /// p and q of lines to the left; infinitely far where an edge is none.
     low: [[f32; 2]; 3],
@@ -415,7 +415,8 @@ struct Spans {
 impl Spans {
     #[inline(always)]
     fn new(face: &Face, edges: &[[f32; 3]; 3], [x0, x1]: [usize; 2]) -> Self {
-        /// An edge that is so steep or far away that its rounding amounts to a pixel bounds nothing.
+        /// An edge that is so steep or far away that its rounding amounts to a pixel bounds
+        /// nothing.
         const FARTHEST: f32 = 1e6;
         let mut me = Self {
             low: [[0.0, f32::NEG_INFINITY]; 3],

@@ -135,8 +135,8 @@ impl Blockers {
     }
 
     /// Whether the segments from the point of `sight` to each of `ends`, given by
-    /// [`local`](Self::local), are blocked. Each is tested against one triangle after another, 16 at
-    /// a time, up to the first that blocks it. Returns the number of tests made.
+    /// [`local`](Self::local), are blocked. Each is tested against one triangle after another, 16
+    /// at a time, up to the first that blocks it. Returns the number of tests made.
     pub fn blocked(&self, sight: &Sight, ends: &[Vec3], blocked: &mut Vec<bool>) -> u64 {
         blocked.clear();
         blocked.resize(ends.len(), false);
@@ -184,7 +184,13 @@ multiversion! {
 }
 
 multiversion! {
-    fn test(blockers: &Blockers, sight: &Sight, ends: &[Vec3], blocked: &mut [bool], tests: &mut u64)
+    fn test(
+        blockers: &Blockers,
+        sight: &Sight,
+        ends: &[Vec3],
+        blocked: &mut [bool],
+        tests: &mut u64,
+    )
         = test_kernel
 }
 

@@ -56,12 +56,12 @@ impl Surroundings {
                     buffers[F].draw::<F>(&faces[F], bounds, &edges, item);
                 });
             }
-            each_face!(F => buffers[F].glimpses::<F>(&faces[F], &frame, |direction, item, distance| {
+            each_face!(F => buffers[F].glimpses::<F>(&faces[F], &frame, |direction, item, far| {
                 let length2 = direction.length_squared();
                 let pixel = 4.0 / (RESOLUTION * RESOLUTION) as f64;
                 let hit = (item != NOTHING).then(|| {
                     let side = if item & 1 == 1 { Side::Back } else { Side::Front };
-                    (occluders.ids()[item as usize / 2], side, distance)
+                    (occluders.ids()[item as usize / 2], side, far)
                 });
                 glimpses.push(Glimpse {
                     direction: direction / length2.sqrt(),

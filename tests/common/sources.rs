@@ -137,9 +137,9 @@ fn length_of_token(text: &str, first: char) -> usize {
     if quoted.starts_with('"') {
         return prefix + length_of_quoted(quoted, '"');
     }
-    if quoted.starts_with('\'') {
+    if let Some(inside) = quoted.strip_prefix('\'') {
         // A character, or else the name of a lifetime.
-        let mut inside = quoted[1..].chars();
+        let mut inside = inside.chars();
         let escaped = inside.next() == Some('\\');
         let is_char = escaped || inside.next() == Some('\'');
         return if is_char { prefix + length_of_quoted(quoted, '\'') } else { word(prefix + 1) };

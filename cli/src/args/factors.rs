@@ -57,11 +57,13 @@ pub struct Factors {
     #[arg(long, value_name = "EPS", value_parser = share, allow_negative_numbers = true)]
     pub threshold: Option<f64>,
 
-    /// Who makes the form factors [default: exact; rays with --samples, hemicube with its own flags]
+    /// Who makes the form factors [default: exact; rays with --samples, hemicube with its own
+    /// flags]
     #[arg(long, value_enum)]
     pub engine: Option<EngineArg>,
 
-    /// Error aimed at in per cent, like .1 or .1%: RMS of the form factors' errors over their own, with --engine exact [default: .1]
+    /// Error aimed at in per cent, like .1 or .1%: RMS of the form factors' errors over their own,
+    /// with --engine exact [default: .1]
     #[arg(long, value_name = "PERCENT", value_parser = percent, allow_negative_numbers = true)]
     pub error: Option<f64>,
 

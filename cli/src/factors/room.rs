@@ -1,28 +1,28 @@
 //! Whether a matrix has room where it is to go, before it is made.
 
-use hemicube::export::{Spill, folder_of};
+use hemicube::export::{MatrixFormat, Spill, folder_of};
 use hemicube::matrix::{Forecast, RowStore};
 use hemicube::units::Bytes;
 
-use super::Format;
 use crate::args::Factors;
 use crate::machine;
 
 /// A larger table than this is refused on stdout.
 const MOST_ON_STDOUT: u64 = 256 << 20;
 
-/// Where the rows of a matrix go that will be like this: to memory (`None`) or through a file. Says why
-/// there is no room for it.
+/// Where the rows of a matrix go that will be like this: to memory (`None`) or through a file. Says
+/// why there is no room for it.
 pub fn store(
     args: &Factors,
-    format: Format,
+    format: MatrixFormat,
     forecast: &Forecast,
 ) -> Result<Option<Box<dyn RowStore>>, String> {
     let file = if args.group { 0 } else { file_bytes(args, format, forecast) };
     let Some(path) = &args.output else {
         return match file > MOST_ON_STDOUT {
             true => Err(format!(
-                "a table of {0} x {0} form factors takes about {1}; on stdout {2} are the limit: write it \
+                "a table of {0} x {0} form factors takes about {1}; on stdout {2} are the limit: \
+                 write it \
                  with -o F.npz, or lump it with --group",
                 forecast.rows,
                 Bytes(file),
@@ -36,7 +36,7 @@ pub fn store(
     let free = machine::free_disk(folder_of(path)).unwrap_or(u64::MAX);
     if file + spilled > free {
         let remedy = match format {
-            Format::Npz => "use fewer patches, --threshold or --group, or another disk",
+            MatrixFormat::Npz => "use fewer patches, --threshold or --group, or another disk",
             _ => "write .npz, which leaves zeros out, use --group, or another disk",
         };
         let beside = match spilled {
@@ -59,7 +59,7 @@ pub fn store(
 }
 
 /// Bytes of the file, nearly.
-fn file_bytes(args: &Factors, format: Format, forecast: &Forecast) -> u64 {
+fn file_bytes(args: &Factors, format: MatrixFormat, forecast: &Forecast) -> u64 {
     let double = args.enclosure || args.threshold.is_some_and(|t| t > 0.0);
     let (n, entries) = (forecast.rows as u64, forecast.entries);
     let all = n.saturating_mul(n);
@@ -68,12 +68,14 @@ fn file_bytes(args: &Factors, format: Format, forecast: &Forecast) -> u64 {
     let digits = if double { 22 } else { 13 };
     match format {
         // Columns, which ascend, shrink to a byte or two.
-        Format::Npz => entries.saturating_mul(number + 2),
-        Format::Npy => all.saturating_mul(number),
+        MatrixFormat::Npz => entries.saturating_mul(number + 2),
+        MatrixFormat::Npy => all.saturating_mul(number),
         // Row and column go before the digits.
-        Format::Mtx => entries.saturating_mul(digits + 2 * (u64::from(n.max(1).ilog10()) + 2)),
+        MatrixFormat::Mtx => {
+            entries.saturating_mul(digits + 2 * (u64::from(n.max(1).ilog10()) + 2))
+        }
         // A zero takes two bytes.
-        Format::Csv | Format::Stdout => {
+        MatrixFormat::Csv => {
             entries.saturating_mul(digits).saturating_add(2 * all.saturating_sub(entries))
         }
     }

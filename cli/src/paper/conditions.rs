@@ -80,7 +80,8 @@ impl fmt::Display for Conditions {
         if self.quick {
             writeln!(
                 f,
-                "**A quick look** (`--quick`): two sizes of four, small hemicubes, small samples, one \
+                "**A quick look** (`--quick`): two sizes of four, small hemicubes, small samples, \
+                 one \
                  measurement each. Its figures are no results.\n"
             )?;
         }

@@ -20,8 +20,8 @@ pub struct Device {
 
 #[cfg(feature = "gpu")]
 impl Device {
-    /// The most able adapter. Software adapters would take longer than all the rest: only quick runs,
-    /// which measure little, measure them.
+    /// The most able adapter. Software adapters would take longer than all the rest: only quick
+    /// runs, which measure little, measure them.
     pub fn open(conditions: &Conditions) -> Self {
         match Gpu::open() {
             Ok(gpu) if gpu.adapter().is_software && !conditions.quick => {

@@ -11,8 +11,8 @@ use hemicube::scene::{Geometry, Scene, builtin};
 
 use super::conditions::Conditions;
 use super::device::Device;
-use super::part::Part;
 use super::published::SCENES;
+use super::stretch::Stretch;
 use crate::failure::Failure;
 
 /// The paper's scene of this number, from 1.
@@ -94,7 +94,7 @@ pub struct Subject<'a> {
 
 impl<'a> Subject<'a> {
     /// How long it takes to make all rows and drop them, by an engine new each time.
-    pub fn all_rows(&self, way: Way, progress: &Part<'_>) -> Result<Timing, Failure> {
+    pub fn all_rows(&self, way: Way, progress: &Stretch<'_>) -> Result<Timing, Failure> {
         if let Some(estimate) = self.sampled(way, progress)? {
             return Ok(estimate);
         }
@@ -126,7 +126,7 @@ impl<'a> Subject<'a> {
 
     /// An estimate from a sample of rows, spread evenly; `None` if all rows should not take longer
     /// than the conditions allow.
-    fn sampled(&self, way: Way, progress: &Part<'_>) -> Result<Option<Timing>, Failure> {
+    fn sampled(&self, way: Way, progress: &Stretch<'_>) -> Result<Option<Timing>, Failure> {
         let (n, budget) = (self.patches.len(), self.conditions.budget);
         let order = spread(n);
         let start = Instant::now();
@@ -165,8 +165,8 @@ pub fn hemicube<'a>(
 }
 
 impl Way {
-    /// Time of all `n` rows over that of `m`. The classical engine computes the visibility of a pair
-    /// with the first of its two rows: `m` rows take `m n - m²/2` of the `n²/2` pairs.
+    /// Time of all `n` rows over that of `m`. The classical engine computes the visibility of a
+    /// pair with the first of its two rows: `m` rows take `m n - m²/2` of the `n²/2` pairs.
     fn scale(self, m: usize, n: usize) -> f64 {
         let (m, n) = (m as f64, n as f64);
         match self {
@@ -201,7 +201,7 @@ impl<'a> Maker<'a> {
 
     /// Makes rows. The classical engine may take long for a few: it works on a thread of its own,
     /// which is left alone when the user cancels.
-    fn fill(&mut self, ids: &[PatchId], progress: &Part<'_>) -> Result<(), Failure> {
+    fn fill(&mut self, ids: &[PatchId], progress: &Stretch<'_>) -> Result<(), Failure> {
         let mut rows = vec![Row::default(); ids.len()];
         match self {
             Self::Other(engine) => engine.fill(ids, &mut rows).map_err(Failure::failed)?,

@@ -73,8 +73,8 @@ impl<'a> Views<'a> {
         Ok(())
     }
 
-    /// The picture with the outlines of the patches: every patch glows with a value of its own in an
-    /// auxiliary scene, and outlines are where neighbouring samples differ.
+    /// The picture with the outlines of the patches: every patch glows with a value of its own in
+    /// an auxiliary scene, and outlines are where neighbouring samples differ.
     fn mesh(&self, patches: &Patches, picture: &Picture, bar: &Bar) -> Result<Picture, Failure> {
         let glowing = glowing(self.scene, patches);
         let whole = Patches::uniform(&glowing.geometry, f64::INFINITY).map_err(Failure::failed)?;

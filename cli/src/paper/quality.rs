@@ -11,9 +11,9 @@ use hemicube::solution::{Adaptive, Clustering, LightError, LightOptions, Solutio
 use super::Folder;
 use super::conditions::Conditions;
 use super::measure::scene;
-use super::part::Part;
 use super::picture::Views;
 use super::published::{SCENES, TOLERANCE};
+use super::stretch::Stretch;
 use super::table::{Table, count, short};
 use crate::failure::Failure;
 use crate::terminal::Bar;
@@ -46,7 +46,7 @@ pub fn run(conditions: &Conditions, folder: &Folder<'_>) -> Result<String, Failu
     for (number, n) in (1..).zip(sizes) {
         let scene = scene(number)?;
         let lit = |max_factor: Option<f64>| {
-            let part = Part::new(&bar, n as u64, n);
+            let part = Stretch::new(&bar, n as u64, n);
             let solution = lit(&scene, max_factor, conditions, &part)?;
             part.finish().map(|()| solution)
         };
@@ -186,7 +186,8 @@ fn section(losses: &[Loss], conditions: &Conditions) -> String {
         ]);
     }
     let mut text = format!(
-        "Irradiance of the adaptive solution against the uniform one of {} m², at the centres of the \
+        "Irradiance of the adaptive solution against the uniform one of {} m², at the centres of \
+         the \
          uniform patches, weighted by area, relative to its RMS:\n\n{}",
         conditions.finest,
         table.markdown()

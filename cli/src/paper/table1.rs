@@ -9,9 +9,9 @@ use super::conditions::Conditions;
 use super::device::Device;
 use super::fit::{gain, growth};
 use super::measure::{Subject, Timing, Way, scene};
-use super::part::Part;
 use super::plot::{Panel, Series, Style, figure};
 use super::published::{SCENES, TABLE1, of};
+use super::stretch::Stretch;
 use super::table::{Table, count, percent, short};
 use crate::failure::Failure;
 use crate::terminal::Bar;
@@ -90,7 +90,7 @@ fn measure(conditions: &Conditions) -> Result<Results, Failure> {
         let subject = Subject { geometry, patches, conditions, device: &device };
         let mut timings = Vec::new();
         for (way, _, _) in &ways {
-            let part = Part::new(&bar, weight(*way, n), n);
+            let part = Stretch::new(&bar, weight(*way, n), n);
             timings.push(subject.all_rows(*way, &part)?);
             part.finish()?;
         }

@@ -14,9 +14,9 @@ use super::Folder;
 use super::conditions::Conditions;
 use super::fit::gain;
 use super::measure::{assembly_failure, best, hemicube, scene};
-use super::part::Part;
 use super::plot::{Panel, Series, Style, figure};
 use super::published::{SCENES, TABLE2, TOLERANCE, of};
+use super::stretch::Stretch;
 use super::table::{Table, count, percent, short};
 use crate::failure::Failure;
 use crate::terminal::Bar;
@@ -56,7 +56,7 @@ pub fn adaptive(
     size: f64,
     tolerance: f64,
     conditions: &Conditions,
-    progress: &Part<'_>,
+    progress: &Stretch<'_>,
 ) -> Result<Made, Failure> {
     let rule =
         FactorRule { max_factor: tolerance, min_area: size, start_area: None, balance: false };
@@ -77,7 +77,7 @@ fn uniform(
     geometry: &Geometry,
     patches: &Patches,
     conditions: &Conditions,
-    progress: &Part<'_>,
+    progress: &Stretch<'_>,
 ) -> Result<f64, Failure> {
     let ids: Vec<PatchId> = patches.ids().collect();
     let start = Instant::now();
@@ -104,7 +104,7 @@ pub fn run(conditions: &Conditions, folder: &Folder<'_>) -> Result<String, Failu
     for (number, size, patches) in meshes {
         let geometry = scene(number)?.geometry;
         let n = patches.len();
-        let part = Part::new(&bar, 2 * rows(n), 2 * n * conditions.repeats);
+        let part = Stretch::new(&bar, 2 * rows(n), 2 * n * conditions.repeats);
         let mut adaptive = Made { patches: 0, rows: 0, seconds: 0.0 };
         let [uniform_s, seconds] = best(conditions, || {
             let uniform_s = uniform(&geometry, &patches, conditions, &part)?;

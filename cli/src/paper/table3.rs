@@ -8,9 +8,9 @@ use hemicube::progress::Progress;
 use super::Folder;
 use super::conditions::Conditions;
 use super::measure::{best, scene};
-use super::part::Part;
 use super::plot::{Panel, Series, Style, figure};
 use super::published::{TABLE3, rows};
+use super::stretch::Stretch;
 use super::table::{Table, count, short};
 use super::table2::{Made, adaptive};
 use crate::failure::Failure;
@@ -45,7 +45,7 @@ pub fn run(conditions: &Conditions, folder: &Folder<'_>) -> Result<String, Failu
         let tolerance = row[0];
         let made = |m: usize| {
             let (geometry, finest) = &meshes[m];
-            let part = Part::new(&bar, units(finest.len()), units(finest.len()) as usize);
+            let part = Stretch::new(&bar, units(finest.len()), units(finest.len()) as usize);
             let size = conditions.finest;
             let mut made = Made { patches: 0, rows: 0, seconds: 0.0 };
             let [seconds] = best(conditions, || {

@@ -4,7 +4,7 @@
 
 use glam::Vec3;
 
-use super::Receiver;
+use super::receiver::Receiver;
 use super::sources::{Source, Unit, sphere};
 use crate::scene::{Rgb, luminance};
 use crate::simd::{LANES, multiversion};
@@ -26,8 +26,8 @@ pub(super) struct Entry {
     pub area: f32,
     pub radiance: Vec3,
     pub luminance: f32,
-    /// What sets it apart: centre, normal (zero if it is not flat), radius and area of the patch that it
-    /// belongs to, if that is a cluster, else its own.
+    /// What decides whether it is analytic: centre, normal (zero if it is not flat), radius and
+    /// area of the patch that it belongs to, if that is a cluster, else its own.
     pub unit: (Vec3, Vec3, f32, f32),
 }
 
@@ -69,8 +69,8 @@ pub(super) struct Block {
     unit_normal: [[f32; LANES]; 3],
     unit_radius: [f32; LANES],
     unit_area: [f32; LANES],
-    /// Not 0 where it is set apart, whatever its unit.
-    apart: [u32; LANES],
+    /// Not 0 where it is analytic, whatever its unit.
+    analytic: [u32; LANES],
 }
 
 impl Block {
@@ -86,10 +86,10 @@ impl Block {
         unit_normal: [[0.0; LANES]; 3],
         unit_radius: [0.0; LANES],
         unit_area: [0.0; LANES],
-        apart: [0; LANES],
+        analytic: [0; LANES],
     };
 
-    pub fn set(&mut self, l: usize, e: &Entry, apart: bool) {
+    pub fn set(&mut self, l: usize, e: &Entry, analytic: bool) {
         let (unit_centre, unit_normal, unit_radius, unit_area) = e.unit;
         for axis in 0..3 {
             self.centre[axis][l] = e.centre[axis];
@@ -100,7 +100,7 @@ impl Block {
         }
         (self.area[l], self.radius[l], self.luminance[l]) = (e.area, e.radius, e.luminance);
         (self.unit_radius[l], self.unit_area[l]) = (unit_radius, unit_area);
-        self.apart[l] = u32::from(apart);
+        self.analytic[l] = u32::from(analytic);
     }
 
     /// Whether an emitter is so near to a point that its centre cannot stand for it.
@@ -137,8 +137,8 @@ multiversion! {
     ) = weigh_kernel
 }
 
-/// About what each emitter may send to a receiver at most: zero only for those that send nothing or
-/// are not set apart; and the sum of each block.
+/// About what each emitter may send to a receiver at most, zero only for those that send nothing or
+/// are not analytic; and the sum of each block.
 #[inline(always)]
 fn weigh_kernel(blocks: &[Block], r: &Receiver, weights: &mut [[f32; LANES]], sums: &mut [f32]) {
     for ((b, weights), sum) in blocks.iter().zip(weights).zip(sums) {
@@ -151,14 +151,14 @@ fn weigh_kernel(blocks: &[Block], r: &Receiver, weights: &mut [[f32; LANES]], su
             let [nx, ny, nz] = [b.normal[0][l], b.normal[1][l], b.normal[2][l]];
             let there = reach - (nx * d[0] + ny * d[1] + nz * d[2]);
             let most = b.luminance[l] * b.area[l] * (here.max(0.0) * there.max(0.0)) / (d2 * d2);
-            let apart = suitable(
+            let is_suitable = suitable(
                 r,
                 [b.unit_centre[0][l], b.unit_centre[1][l], b.unit_centre[2][l]],
                 [b.unit_normal[0][l], b.unit_normal[1][l], b.unit_normal[2][l]],
                 b.unit_radius[l],
                 b.unit_area[l],
             );
-            weights[l] = if (b.apart[l] != 0) | apart { most } else { 0.0 };
+            weights[l] = if (b.analytic[l] != 0) | is_suitable { most } else { 0.0 };
         }
         *sum = weights.iter().sum();
     }

@@ -1,12 +1,14 @@
-//! The visible share: pairs of points on receiver and emitters, and the segments between them.
+//! The visible fraction: pairs of points on receiver and emitters, and the segments between them.
 
 use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
 
+use super::cut::Group;
+use super::receiver::{Receiver, ReceiverPoint};
+use super::set::Emitters;
 use super::sources::Source;
-use super::tree::Cut;
-use super::{Emitters, Group, Receiver, ReceiverPoint};
+use super::workspace::Workspace;
 use crate::engines::sampling::{Random, on_triangle};
 use crate::scene::Rgb;
 use crate::simd::LANES;
@@ -14,21 +16,6 @@ use crate::visibility::Packet;
 
 /// Pairs drawn at first: half of them from each of two independent sequences.
 pub(super) const PAIRS: usize = LANES;
-
-/// Most shadow rays a group of emitters and receiver.
-pub const MOST_SHADOW: usize = 4096;
-
-/// Room for one receiver's work; reused.
-#[derive(Debug, Default)]
-pub struct Room {
-    pub(super) cut: Cut,
-    pub(super) weights: Vec<[f32; LANES]>,
-    /// Sum of the weights of each block.
-    pub(super) sums: Vec<f32>,
-    packets: Vec<Packet>,
-    kernels: Vec<Rgb>,
-    blocked: Vec<u16>,
-}
 
 /// Sums of kernels over pairs: those that see each other, and all.
 #[derive(Debug, Clone, Copy, Default)]
@@ -42,20 +29,22 @@ impl Seen {
         Self { kept: self.kept + other.kept, all: self.all + other.all }
     }
 
-    pub fn share(&self) -> Rgb {
+    /// The fraction of the unoccluded light that arrives, a channel each.
+    pub fn fraction(&self) -> Rgb {
         (self.kept / self.all.max(Rgb::splat(f64::MIN_POSITIVE))).min(Rgb::ONE)
     }
 }
 
 impl Emitters<'_> {
-    /// Adds up pairs of points on the receiver and on a group of emitters, for each half of each set of
-    /// pairs that is asked for. All sets decide together whether they need `more` than the first `look`.
+    /// Adds up pairs of points on the receiver and on a group of emitters, for each half of each
+    /// set of pairs that is asked for. All sets decide together whether they need `more` than the
+    /// first `look`.
     pub(super) fn visible(
         &self,
         receiver: &Receiver,
         group: &Group<'_>,
         sample: &impl Fn(DVec2) -> ReceiverPoint,
-        room: &mut Room,
+        work: &mut Workspace,
         (look, more): (usize, usize),
         seen: &mut [[Seen; 2]],
     ) {
@@ -65,13 +54,13 @@ impl Emitters<'_> {
         for (round, count) in [(0, look.next_multiple_of(PAIRS)), (1, more)] {
             for (k, halves) in seen.iter_mut().enumerate() {
                 let seed = receiver.seed ^ (k as u64) << 48;
-                self.draw(seed, group, (round, count), sample, room);
-                let kernels = room.kernels.iter().enumerate();
+                self.draw(seed, group, (round, count), sample, work);
+                let kernels = work.kernels.iter().enumerate();
                 for (lane, kernel) in kernels.filter(|k| *k.1 != Rgb::ZERO) {
                     let half = &mut halves[lane % 2];
                     half.all += *kernel;
                     drawn += 1;
-                    if room.blocked[lane / LANES] >> (lane % LANES) & 1 == 0 {
+                    if work.blocked[lane / LANES] >> (lane % LANES) & 1 == 0 {
                         half.kept += *kernel;
                     } else {
                         blocked += 1;
@@ -79,8 +68,8 @@ impl Emitters<'_> {
                 }
             }
             if round == 0 && (blocked == 0 || blocked == drawn) {
-                // What is hidden in part is seldom hidden in the middle alone.
-                let (outer, hidden) = self.between_corners(receiver, group.0, sample);
+                // What is partly hidden is seldom hidden in the middle alone.
+                let (outer, hidden) = self.between_corners(receiver, group.number, sample);
                 if blocked == 0 && hidden == 0 || blocked > 0 && hidden == outer {
                     break;
                 }
@@ -88,8 +77,8 @@ impl Emitters<'_> {
         }
     }
 
-    /// How many segments there are between four outer points of the receiver and of a group that face
-    /// each other, and how many of them are blocked.
+    /// How many segments there are between four outer points of the receiver and of a group that
+    /// face each other, and how many of them are blocked.
     fn between_corners(
         &self,
         receiver: &Receiver,
@@ -103,9 +92,10 @@ impl Emitters<'_> {
             DVec2::new(0.03, 0.97),
             DVec2::new(0.97, 0.97),
         ];
-        /// Corners of four triangles spread over a group: for two halves of a rectangle, all of its.
+        /// Corners of four triangles spread over a group: for two halves of a rectangle, all of
+        /// its.
         const CORNERS: [usize; 4] = [0, 1, 1, 2];
-        /// Share of the way from a corner to the middle of its triangle.
+        /// Fraction of the way from a corner to the middle of its triangle.
         const INSET: f64 = 0.05;
         let group = self.groups[number].clone();
         let mut packet = Packet::EMPTY;
@@ -116,7 +106,7 @@ impl Emitters<'_> {
                 let k = group.start + (2 * j + 1) * group.len() / 8;
                 let s = &self.sources[k];
                 let to = s.corners[corner].lerp(s.corners.iter().sum::<DVec3>() / 3.0, INSET);
-                if kernel(s, from, normal, to) > 0.0 && self.set_apart(receiver, k) {
+                if kernel(s, from, normal, to) > 0.0 && self.source_is_analytic(receiver, k) {
                     let start = self.bvh.local(from);
                     packet.set(4 * i + j, start, self.bvh.local(to) - start, 1.0, own);
                     aimed |= 1 << (4 * i + j);
@@ -132,34 +122,34 @@ impl Emitters<'_> {
     fn draw(
         &self,
         seed: u64,
-        (number, blocks, cut): &Group<'_>,
+        Group { number, blocks, cut }: &Group<'_>,
         (round, count): (u64, usize),
         sample: &impl Fn(DVec2) -> ReceiverPoint,
-        room: &mut Room,
+        work: &mut Workspace,
     ) {
-        room.packets.clear();
-        room.packets.resize(count / LANES, Packet::EMPTY);
-        room.kernels.clear();
-        room.kernels.resize(count, Rgb::ZERO);
+        work.packets.clear();
+        work.packets.resize(count / LANES, Packet::EMPTY);
+        work.kernels.clear();
+        work.kernels.resize(count, Rgb::ZERO);
         let each = count / 2;
-        let sum: f64 = room.sums[blocks.clone()].iter().map(|b| f64::from(*b)).sum();
+        let sum: f64 = work.sums[blocks.clone()].iter().map(|b| f64::from(*b)).sum();
         for half in 0..2 {
             let seed = seed << 8 ^ (*number as u64) << 2 ^ round << 1 ^ half as u64;
             let [s0, s1, s2, s3, s4] = Random::new(seed).numbers();
             let (mut block, mut below) = (blocks.start, 0.0);
             for (i, pair) in self.pairs[half][..each].iter().enumerate() {
-                // One in each of so many equal parts of the sum, in order.
+                // One in each of `each` equal intervals of the sum, in order.
                 let target = (i as f64 + s0) / each as f64 * sum;
-                while block + 1 < blocks.end && below + f64::from(room.sums[block]) <= target {
-                    below += f64::from(room.sums[block]);
+                while block + 1 < blocks.end && below + f64::from(work.sums[block]) <= target {
+                    below += f64::from(work.sums[block]);
                     block += 1;
                 }
                 let (mut k, mut rest) = (0, target - below);
-                while k + 1 < LANES && f64::from(room.weights[block][k]) <= rest {
-                    rest -= f64::from(room.weights[block][k]);
+                while k + 1 < LANES && f64::from(work.weights[block][k]) <= rest {
+                    rest -= f64::from(work.weights[block][k]);
                     k += 1;
                 }
-                let weight = f64::from(room.weights[block][k]);
+                let weight = f64::from(work.weights[block][k]);
                 if weight <= 0.0 {
                     continue;
                 }
@@ -174,7 +164,7 @@ impl Emitters<'_> {
                     first as usize
                 } else {
                     // What is left of the target is the place within the entry.
-                    self.tree.at_share((first, end), (rest / weight).clamp(0.0, 1.0))
+                    self.tree.at_fraction((first, end), (rest / weight).clamp(0.0, 1.0))
                 }];
                 let to = point_on(s.corners, wrapped(pair[2], s3), wrapped(pair[3], s4));
                 let kernel = kernel(s, from, normal, to);
@@ -184,14 +174,14 @@ impl Emitters<'_> {
                 let lane = 2 * i + half;
                 let start = self.bvh.local(from);
                 let way = self.bvh.local(to) - start;
-                room.packets[lane / LANES].set(lane % LANES, start, way, 1.0, own);
+                work.packets[lane / LANES].set(lane % LANES, start, way, 1.0, own);
                 let area = f64::from(cut.blocks[block].area[k]);
-                room.kernels[lane] = s.radiance * (area * kernel / weight);
+                work.kernels[lane] = s.radiance * (area * kernel / weight);
             }
         }
-        room.blocked.clear();
-        room.blocked.resize(count / LANES, 0);
-        self.bvh.blocked(&room.packets, &mut room.blocked);
+        work.blocked.clear();
+        work.blocked.resize(count / LANES, 0);
+        self.bvh.blocked(&work.packets, &mut work.blocked);
     }
 }
 

@@ -7,7 +7,7 @@ use glam::DVec3;
 use crate::patches::Patches;
 use crate::scene::{Geometry, Rgb, Side, TriangleId};
 
-/// Groups of emitters whose visible shares are told apart.
+/// Most groups of emitters, of each of which the visible fraction is found.
 const MOST_GROUPS: usize = 64;
 
 /// One emitting side.
@@ -21,7 +21,7 @@ pub(super) struct Source {
     pub area: f64,
 }
 
-/// Emitters that are set apart as one.
+/// Emitters that are analytic, or not, as one.
 pub(super) struct Unit {
     pub centre: DVec3,
     pub normal: DVec3,
@@ -83,14 +83,14 @@ pub(super) fn grouped(g: &Geometry, sources: &mut [Source]) -> Vec<Range<usize>>
 /// Sorts a range of sources along the axis in which they extend farthest; yields its middle.
 pub(super) fn halve(sources: &mut [Source], range: Range<usize>) -> usize {
     let centre = |s: &Source| s.corners.iter().sum::<DVec3>();
-    let part = &mut sources[range.clone()];
-    let (low, high) = part
+    let own = &mut sources[range.clone()];
+    let (low, high) = own
         .iter()
         .map(centre)
         .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lo, hi), c| (lo.min(c), hi.max(c)));
     let extent = high - low;
     let axis = (0..3).max_by(|&a, &b| extent[a].total_cmp(&extent[b])).unwrap_or(0);
-    part.sort_by(|a, b| {
+    own.sort_by(|a, b| {
         centre(a)[axis].total_cmp(&centre(b)[axis]).then(a.triangle.cmp(&b.triangle))
     });
     range.start + range.len() / 2

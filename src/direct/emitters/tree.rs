@@ -1,21 +1,21 @@
-//! A hierarchy over emitting sides, and cuts through it: for receivers that lie together, the few parts
-//! of it that stand for all emitters (Walter et al. 2005, "Lightcuts", where cuts are chosen by a bound of
-//! their error too).
+//! A hierarchy over emitting sides, and cuts through it: for receivers that lie together, the few
+//! nodes that stand for all emitters (Walter et al. 2005, "Lightcuts", where cuts are chosen by a
+//! bound of their error too).
 
 use std::f32::consts::{FRAC_PI_2, PI};
 use std::ops::Range;
 
 use glam::{DVec3, Vec3};
 
-use super::Receiver;
-use super::lanes::{Block, Entry, NEAREST, brightness, suitable};
+use super::cut::Cut;
+use super::lanes::{Entry, NEAREST, brightness, suitable};
+use super::receiver::Receiver;
 use super::sources::{Source, Unit, halve};
 use crate::scene::Rgb;
-use crate::simd::LANES;
 use crate::visibility::Bvh;
 
-/// A part of the hierarchy stands for its sources where it is farther than this many times the root of
-/// its area, and than this many times its radius: its centre then errs by less than a thousandth.
+/// A node stands for its sources where it is farther than this many times the root of its area, and
+/// than this many times its radius: its centre then errs by less than a thousandth.
 const FAR: f32 = 20.0;
 
 /// Largest ratio of radiances that a mean stands for.
@@ -28,7 +28,7 @@ const MARGIN: f32 = 1e-3;
 #[derive(Debug, Clone)]
 struct Node {
     sources: Range<u32>,
-    /// Where the nodes after it and its parts begin; its first part is the next node.
+    /// Where the nodes after its subtree begin; its first child is the next node.
     end: u32,
     /// As a whole: its normal is the mean by area, so shorter than 1.
     whole: Entry,
@@ -52,32 +52,6 @@ pub(super) struct Tree {
     areas: Vec<f64>,
     /// Each source as an entry.
     leaves: Vec<Entry>,
-}
-
-/// Parts of the hierarchy that stand for all emitters, as seen by receivers that lie together.
-#[derive(Debug, Default)]
-pub(crate) struct Cut {
-    pub(super) blocks: Vec<Block>,
-    /// Sources of each entry.
-    pub(super) sources: Vec<[(u32, u32); LANES]>,
-    /// Groups that are seen: number, and blocks.
-    pub(super) groups: Vec<(usize, Range<usize>)>,
-    /// Entries in use of the last block.
-    used: usize,
-}
-
-impl Cut {
-    fn push(&mut self, entry: &Entry, sources: &Range<u32>, apart: bool) {
-        if self.used == LANES {
-            self.blocks.push(Block::EMPTY);
-            self.sources.push([(0, 0); LANES]);
-            self.used = 0;
-        }
-        let (at, l) = (self.blocks.len() - 1, self.used);
-        self.blocks[at].set(l, entry, apart);
-        self.sources[at][l] = (sources.start, sources.end);
-        self.used += 1;
-    }
 }
 
 /// Where receivers of a cut lie, and how they are turned.
@@ -122,8 +96,8 @@ enum Sight {
 }
 
 impl Tree {
-    /// Over groups of sources, which it sorts so that each node's are neighbours; `unit` is what each
-    /// belongs to.
+    /// Over groups of sources, which it sorts so that each node's are neighbours; `unit` is what
+    /// each belongs to.
     pub fn new(
         bvh: &Bvh,
         sources: &mut [Source],
@@ -145,8 +119,8 @@ impl Tree {
         let nodes = ranges
             .into_iter()
             .map(|(range, end)| {
-                let (parts, units) = (&sources[range.clone()], &units[range.clone()]);
-                node(bvh, parts, units, &leaves[range.clone()], (range, end))
+                let (own, units) = (&sources[range.clone()], &units[range.clone()]);
+                node(bvh, own, units, &leaves[range.clone()], (range, end))
             })
             .collect();
         let mut areas = vec![0.0];
@@ -156,29 +130,26 @@ impl Tree {
         Self { nodes, roots, areas, leaves }
     }
 
-    /// Whether source `k` is set apart for a receiver.
+    /// Whether source `k` is analytic for a receiver.
     pub fn is_suitable(&self, receiver: &Receiver, k: usize) -> bool {
         let Entry { unit: (centre, normal, radius, area), .. } = self.leaves[k];
         suitable(receiver, centre.to_array(), normal.to_array(), radius, area)
     }
 
-    /// The source of a range below which a share (0..1) of its area lies.
-    pub fn at_share(&self, (start, end): (u32, u32), share: f64) -> usize {
+    /// The source of a range below which a fraction (0..1) of its area lies.
+    pub fn at_fraction(&self, (start, end): (u32, u32), fraction: f64) -> usize {
         let areas = &self.areas[start as usize..=end as usize];
-        let target = areas[0] + share * (areas[areas.len() - 1] - areas[0]);
+        let target = areas[0] + fraction * (areas[areas.len() - 1] - areas[0]);
         let at = areas.partition_point(|a| *a <= target).clamp(1, areas.len() - 1);
         start as usize + at - 1
     }
 
-    /// The parts that stand for all emitters; `apart`: all emitters are set apart for all receivers.
-    pub fn cut(&self, receivers: &[Receiver], apart: bool, cut: &mut Cut) {
-        cut.blocks.clear();
-        cut.sources.clear();
-        cut.groups.clear();
+    /// The nodes that stand for all emitters; `all`: each emitter is analytic for each receiver.
+    pub fn cut(&self, receivers: &[Receiver], all: bool, cut: &mut Cut) {
+        cut.clear();
         let here = Receivers::of(receivers);
         for (number, &root) in self.roots.iter().enumerate() {
-            let first = cut.blocks.len();
-            cut.used = LANES;
+            let first = cut.begin();
             let (mut at, end) = (root as usize, self.nodes[root as usize].end as usize);
             while at < end {
                 let node = &self.nodes[at];
@@ -188,12 +159,12 @@ impl Tree {
                 if sight == Sight::None {
                     at = node.end as usize;
                 } else if leaf {
-                    cut.push(&self.leaves[node.sources.start as usize], &node.sources, apart);
+                    cut.push(&self.leaves[node.sources.start as usize], &node.sources, all);
                     at += 1;
                 } else if sight == Sight::Whole
                     && node.alike
                     && node.is_far(&here, distance)
-                    && (apart || node.is_apart(&here, distance))
+                    && (all || node.is_analytic(&here, distance))
                 {
                     cut.push(&node.whole, &node.sources, true);
                     at = node.end as usize;
@@ -201,9 +172,7 @@ impl Tree {
                     at += 1;
                 }
             }
-            if cut.blocks.len() > first {
-                cut.groups.push((number, first..cut.blocks.len()));
-            }
+            cut.end(number, first);
         }
     }
 }
@@ -243,15 +212,15 @@ impl Node {
         nearest > FAR * self.whole.radius && nearest > FAR * self.whole.area.sqrt()
     }
 
-    /// Whether all units are set apart for all receivers, whatever [`suitable`] says of each.
-    fn is_apart(&self, here: &Receivers, distance: f32) -> bool {
+    /// Whether all units are analytic for all receivers, as [`suitable`] would say of each.
+    fn is_analytic(&self, here: &Receivers, distance: f32) -> bool {
         let nearest = (distance - self.reach - here.radius) * (1.0 - MARGIN);
         nearest > self.largest.0 + here.clear
             && self.largest.1 < here.largest * PI * nearest * nearest
     }
 }
 
-/// Ranges of sources, each halved until one is left, and where the ranges after its parts begin.
+/// Ranges of sources, each halved until one is left, and where the ranges after its halves begin.
 fn divide(sources: &mut [Source], range: Range<usize>, found: &mut Vec<(Range<usize>, usize)>) {
     let own = found.len();
     found.push((range.clone(), 0));

@@ -12,7 +12,7 @@ use std::collections::HashMap;
 use glam::DVec3;
 
 use super::convex::{convex_polygons, joined};
-use super::sets::Sets;
+use crate::patches::Sets;
 use crate::scene::edges::{EdgeUse, edge_uses, shared};
 use crate::scene::{Geometry, Side};
 

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, HashMap};
 
 use glam::{DVec2, DVec3};
 
-use super::sets::Sets;
+use crate::patches::Sets;
 use crate::scene::edges::{EdgeUse, shared};
 use crate::scene::{Geometry, Side, TriangleId};
 

@@ -132,8 +132,8 @@ impl Archive {
         Ok((Header { kind }, bytes))
     }
 
-    /// What `take` makes of the numbers of an array, at most `most`; `None` if it makes nothing of one.
-    /// Memory holds no more than the result.
+    /// What `take` makes of the numbers of an array, at most `most`; `None` if it makes nothing of
+    /// one. Memory holds no more than the result.
     fn numbers<T>(
         &mut self,
         name: &str,

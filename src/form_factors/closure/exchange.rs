@@ -7,8 +7,8 @@ use crate::form_factors::stored::FormFactors;
 use crate::patches::PatchId;
 use crate::progress::Progress;
 
-/// Turns the form factors of the `taken` patches into exchange areas in the unit of `areas`:
-/// `S_ij = (A_i F_ij + A_j F_ji) / 2`, one number for both; those of others are dropped. Returns the RMS
+/// Turns the form factors of the `taken` patches into exchange areas in the unit of `areas`: `S_ij
+/// = (A_i F_ij + A_j F_ji) / 2`, one number for both; those of others are dropped. Returns the RMS
 /// of their difference over that of `A_i F_ij`.
 pub fn symmetrise(
     factors: &mut FormFactors,

@@ -1,14 +1,15 @@
 //! Scales of a symmetric matrix that give its rows the sums they should have.
 //!
-//! Wanted are `d > 0` with `d_i Σ_j S_ij d_j = a_i`. With `d = e^x` that is where the convex function
+//! Wanted are `d > 0` with `d_i Σ_j S_ij d_j = a_i`. With `d = e^x` that is where the convex
+//! function
 //!
 //! ```text
 //! φ(x) = ½ Σ_ij S_ij e^(x_i + x_j) - Σ_i a_i x_i
 //! ```
 //!
-//! is least: its gradient is `r - a` with the sums r of `M = D S D`, its Hessian `diag(r) + M`. Newton's
-//! method takes few steps where alternate scaling (Sinkhorn) takes thousands, between two close
-//! plates for one; each solves its linear system by conjugate gradients, as Knight & Ruiz
+//! is least: its gradient is `r - a` with the sums r of `M = D S D`, its Hessian `diag(r) + M`.
+//! Newton's method takes few steps where alternate scaling (Sinkhorn) takes thousands, between two
+//! close plates for one; each solves its linear system by conjugate gradients, as Knight & Ruiz
 //! (2013), "A fast algorithm for matrix balancing", do.
 
 use rayon::prelude::*;
@@ -54,8 +55,8 @@ pub enum ScalingError {
     Cancelled(Cancelled),
 }
 
-/// Finds the scales of the `taken` rows of a symmetric matrix (columns and entries a row) that give them
-/// the `sums`.
+/// Finds the scales of the `taken` rows of a symmetric matrix (columns and entries a row) that give
+/// them the `sums`.
 pub fn scale(
     rows: &[(&[PatchId], &[f32])],
     sums: &[f64],
@@ -133,8 +134,8 @@ impl Rows<'_> {
         State { d, r, phi, residual }
     }
 
-    /// The change of `ln d` that Newton's method takes: `(diag(r) + M) y = a - r`, by conjugate gradients
-    /// preconditioned with `diag(r)`.
+    /// The change of `ln d` that Newton's method takes: `(diag(r) + M) y = a - r`, by conjugate
+    /// gradients preconditioned with `diag(r)`.
     fn newton(&self, now: &State) -> Vec<f64> {
         let n = now.d.len();
         let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };

@@ -272,8 +272,8 @@ impl Region {
     }
 
     /// The direction that a part is cut across: that of its largest extent if it is too large, and
-    /// that along which normals turn most if it is too curved. Also whether the part is slender that
-    /// way.
+    /// that along which normals turn most if it is too curved. Also whether the part is slender
+    /// that way.
     fn direction(&self, order: &[u32], shape: &Shape, fit: Fit) -> (DVec3, bool) {
         let mean = self.facets_of(order).map(|f| f.normal * f.area).sum::<DVec3>() / shape.area;
         let (mut spread, mut turn) = (DMat3::ZERO, DMat3::ZERO);

@@ -12,7 +12,7 @@ use super::material::Materials;
 use super::mesh::{self, Instance, Placed};
 use crate::scene::builder::SceneBuilder;
 use crate::scene::source::{EXPORT_AGAIN, ImportError};
-use crate::scene::{Camera, Lamp, Rgb, Severity};
+use crate::scene::{Camera, Finding, Lamp, Rgb, Setting, Severity};
 
 /// Adds the default scene of the document (all root nodes if it has no scene).
 pub fn add_scene(document: &Document<'_>, builder: &mut SceneBuilder) -> Result<(), ImportError> {
@@ -142,12 +142,13 @@ fn add_camera(
     let forward = world_from_node.transform_vector3(DVec3::NEG_Z).normalize_or_zero();
     let up = world_from_node.transform_vector3(DVec3::Y).normalize_or_zero();
     if !(vfov > 0.0 && vfov < PI) || forward == DVec3::ZERO || up == DVec3::ZERO {
-        builder.finding(
+        let left_out = Finding::new(
             Severity::Warning,
             format!("camera {name}"),
             "has no sensible angle of view or orientation and is left out",
-            "correct the camera, or give --eye and --target",
+            "correct the camera",
         );
+        builder.add_finding(left_out.settled_by(Setting::Camera));
         return Ok(());
     }
     builder.camera(Camera {

@@ -1,7 +1,7 @@
 use glam::DVec3;
 
 use super::*;
-use crate::scene::{Material, SceneBuilder, Surface};
+use crate::scene::{Material, SceneBuilder, Setting, Surface};
 
 /// A scene of one-sided triangles given by corners.
 fn scene(triangles: &[[[f64; 3]; 3]]) -> Scene {
@@ -114,8 +114,9 @@ fn units_are_guessed_from_the_size() {
     assert!(has(&said(&room(1000.0)), "model: it measures 5,200 x 2,700 x 0 m: millimetres?"));
     assert!(has(&said(&room(100.0)), "centimetres"));
     assert!(has(&said(&room(0.001)), "another unit"));
-    let remedy = inspect(&scene(&room(1000.0))).pop().map(|f| f.remedy);
-    assert_eq!(remedy.as_deref(), Some("use --unit mm for 5.2 x 2.7 x 0 m"));
+    let found = inspect(&scene(&room(1000.0))).pop().unwrap();
+    assert_eq!(found.remedy, "in mm it is 5.2 x 2.7 x 0 m");
+    assert_eq!(found.setting, Some(Setting::Unit(&["mm"])));
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use crate::scene::geometry::Geometry;
-use crate::scene::{Finding, Severity};
+use crate::scene::{Finding, Setting, Severity};
 
 /// Largest plausible extent in metres of what one lights: a large building.
 const LARGE: f64 = 100.0;
@@ -19,27 +19,35 @@ pub fn doubt(g: &Geometry) -> Option<Finding> {
     let (low, high) = g.bounds()?;
     let size = high - low;
     let longest = size.max_element();
-    let (message, remedy) = if longest >= VERY_LARGE {
-        ("millimetres?".to_owned(), format!("use --unit mm for {}", metres(size * 1e-3)))
+    let (question, likely): (_, &[&str]) = if longest >= VERY_LARGE {
+        ("millimetres?", &["mm"])
     } else if longest >= LARGE {
-        let remedy = format!(
-            "use --unit cm for {}, --unit mm for {}, --unit in for {}",
-            metres(size * 1e-2),
-            metres(size * 1e-3),
-            metres(size * 0.0254)
-        );
-        ("centimetres, millimetres or inches?".to_owned(), remedy)
+        ("centimetres, millimetres or inches?", &["cm", "mm", "in"])
     } else if longest < SMALL {
-        ("is it in another unit?".to_owned(), "scale it when exporting, in metres".to_owned())
+        ("is it in another unit?", &[])
     } else {
         return None;
     };
-    Some(Finding {
-        severity: Severity::Warning,
-        place: "model".into(),
-        message: format!("it measures {}: {message}", metres(size)),
-        remedy,
-    })
+    let message = format!("it measures {}: {question}", metres(size));
+    if likely.is_empty() {
+        let remedy = "scale it when exporting, in metres";
+        return Some(Finding::new(Severity::Warning, "model", message, remedy));
+    }
+    let read_as =
+        likely.iter().map(|unit| format!("in {unit} it is {}", metres(size * length(unit))));
+    let remedy = read_as.collect::<Vec<_>>().join(", ");
+    let found = Finding::new(Severity::Warning, "model", message, remedy);
+    Some(found.settled_by(Setting::Unit(likely)))
+}
+
+/// A unit in metres.
+fn length(symbol: &str) -> f64 {
+    match symbol {
+        "mm" => 1e-3,
+        "cm" => 1e-2,
+        "in" => 0.0254,
+        _ => 1.0,
+    }
 }
 
 /// `5,200 x 2,700 x 3,100 m`.

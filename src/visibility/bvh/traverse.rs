@@ -14,7 +14,8 @@ multiversion! {
 }
 
 multiversion! {
-    pub(super) fn blocked(boxes: &Hierarchy, packets: &[Packet], blocked: &mut [u16]) = blocked_kernel
+    pub(super) fn blocked(boxes: &Hierarchy, packets: &[Packet], blocked: &mut [u16])
+        = blocked_kernel
 }
 
 #[inline(always)]

@@ -1,4 +1,4 @@
-//! Progress of a part of the work.
+//! Progress of one piece of the work: a stretch of the bar.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -7,15 +7,15 @@ use hemicube::progress::{Cancelled, Progress};
 use crate::failure::Failure;
 use crate::terminal::Bar;
 
-/// A share of a bar.
-pub struct Part<'a> {
+/// A stretch of the bar.
+pub struct Stretch<'a> {
     bar: &'a Bar,
     weight: u64,
     total: u64,
     done: AtomicU64,
 }
 
-impl<'a> Part<'a> {
+impl<'a> Stretch<'a> {
     /// `weight` units of the bar for `total` units of work.
     pub fn new(bar: &'a Bar, weight: u64, total: usize) -> Self {
         Self { bar, weight, total: (total as u64).max(1), done: AtomicU64::new(0) }
@@ -27,7 +27,7 @@ impl<'a> Part<'a> {
     }
 }
 
-impl Progress for Part<'_> {
+impl Progress for Stretch<'_> {
     fn stage(&self, _name: &str, _total: u64) {}
 
     fn advance(&self, n: u64) -> Result<(), Cancelled> {

@@ -1,13 +1,15 @@
 //! Disjoint sets of numbers that merge (union-find).
 
 /// Disjoint sets, each known by its smallest number.
-pub(super) struct Sets(Vec<u32>);
+pub(crate) struct Sets(Vec<u32>);
 
 impl Sets {
+    /// The sets {0}, {1} to {n - 1}.
     pub fn new(n: usize) -> Self {
         Self((0..n as u32).collect())
     }
 
+    /// The smallest number of the set that `i` is in.
     pub fn find(&mut self, mut i: u32) -> u32 {
         while self.0[i as usize] != i {
             let up = self.0[self.0[i as usize] as usize];

@@ -1,0 +1,93 @@
+//! Results saved under a name: its extension says the format.
+
+use std::path::Path;
+
+use super::{ExportError, write_csv_file, write_mtx, write_npy, write_npz, write_png};
+use crate::matrix::{Matrix, Origin, Rows, SurfaceRow};
+use crate::progress::Progress;
+use crate::render::Picture;
+use crate::scene::Geometry;
+
+/// A format of matrices.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MatrixFormat {
+    /// `.npz`: compressed sparse rows for SciPy, with areas and names.
+    Npz,
+    /// `.npy`: a dense array for NumPy.
+    Npy,
+    /// `.mtx`: Matrix Market.
+    Mtx,
+    /// `.csv`: a table with a header.
+    Csv,
+}
+
+impl MatrixFormat {
+    /// That of a file by its extension, in either case.
+    #[must_use]
+    pub fn of(path: &Path) -> Option<Self> {
+        match extension(path).as_str() {
+            "npz" => Some(Self::Npz),
+            "npy" => Some(Self::Npy),
+            "mtx" => Some(Self::Mtx),
+            "csv" => Some(Self::Csv),
+            _ => None,
+        }
+    }
+}
+
+/// The formats of matrices, as messages name them.
+pub const MATRIX_FORMATS: &str = ".npz, .npy, .mtx or .csv";
+
+/// Writes a matrix, the format being that of the extension. `surfaces` are what its rows stand for.
+///
+/// # Errors
+/// If the extension is no format, or the system refuses.
+pub fn write_matrix(
+    path: &Path,
+    rows: &dyn Rows,
+    surfaces: &[SurfaceRow],
+    origin: &Origin,
+    progress: &dyn Progress,
+) -> Result<(), ExportError> {
+    match MatrixFormat::of(path) {
+        Some(MatrixFormat::Npz) => write_npz(path, rows, surfaces, origin, progress),
+        Some(MatrixFormat::Npy) => write_npy(path, rows, progress),
+        Some(MatrixFormat::Mtx) => write_mtx(path, rows, origin, progress),
+        Some(MatrixFormat::Csv) => write_csv_file(path, rows, progress),
+        None => Err(ExportError::Format { path: path.to_owned(), formats: MATRIX_FORMATS }),
+    }
+}
+
+impl Matrix {
+    /// Writes the matrix of `geometry` as .npz, .npy, .mtx or .csv.
+    ///
+    /// # Errors
+    /// As [`write_matrix`].
+    pub fn save(
+        &self,
+        path: impl AsRef<Path>,
+        geometry: &Geometry,
+        progress: &dyn Progress,
+    ) -> Result<(), ExportError> {
+        let surfaces = self.surfaces(geometry);
+        write_matrix(path.as_ref(), self, &surfaces, &self.origin(geometry), progress)
+    }
+}
+
+impl Picture {
+    /// Writes the picture, linear display light, as .png.
+    ///
+    /// # Errors
+    /// If the extension is another, or the system refuses.
+    pub fn save(&self, path: impl AsRef<Path>) -> Result<(), ExportError> {
+        let path = path.as_ref();
+        match extension(path).as_str() {
+            "png" => write_png(path, self),
+            _ => Err(ExportError::Format { path: path.to_owned(), formats: ".png" }),
+        }
+    }
+}
+
+fn extension(path: &Path) -> String {
+    path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_lowercase()
+}

@@ -1,0 +1,208 @@
+//! What a camera sees of a lit scene, sample by sample.
+
+use std::f64::consts::PI;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use glam::DVec2;
+use rayon::prelude::*;
+
+use super::camera::{check, frame_of};
+use super::picture::{Picture, PictureOptions, RenderError};
+use super::surfaces::Surfaces;
+use crate::patches::SurfacePoint;
+use crate::progress::{Cancelled, Progress, Silent};
+use crate::reconstruct::Field;
+use crate::scene::{Camera, Rgb, Scene, Side, luminance};
+use crate::simd::multiversion;
+use crate::visibility::{Edges, Face, ItemBuffer, NOTHING, Occluders, View};
+
+/// What the camera sees along one ray.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sight {
+    /// Radiance, W/(m² sr) or cd/m².
+    pub radiance: Rgb,
+    /// Irradiance of the surface seen; zero where none is.
+    pub irradiance: Rgb,
+    /// Whether a surface that exchanges light is seen, and emits none itself.
+    pub reflects: bool,
+}
+
+/// A lit scene, ready to be looked at.
+pub struct Renderer<'a> {
+    scene: &'a Scene,
+    field: &'a Field<'a>,
+    occluders: Occluders,
+    surfaces: Surfaces,
+}
+
+/// Rows of pixels that are drawn at once.
+const BAND: usize = 8;
+
+impl<'a> Renderer<'a> {
+    /// Decodes the textures and collects what can be seen.
+    #[must_use]
+    pub fn new(scene: &'a Scene, field: &'a Field<'a>) -> Self {
+        let occluders = Occluders::new(&scene.geometry);
+        Self { scene, field, occluders, surfaces: Surfaces::new(scene) }
+    }
+
+    /// The picture, each sample mapped by `map` before the samples of a pixel are averaged (a tone
+    /// map keeps the edges of emitters smooth that way). Advances `progress` by one a row of
+    /// pixels.
+    pub fn render(
+        &self,
+        camera: &Camera,
+        options: &PictureOptions,
+        map: impl Fn(&Sight) -> [f32; 3] + Sync,
+        progress: &dyn Progress,
+    ) -> Result<Picture, RenderError> {
+        let (w, h, n) = (options.width, options.height, options.samples.max(1));
+        check(camera, w, h)?;
+        let frame = frame_of(camera)?;
+        let mut view = View::default();
+        self.occluders.look(&frame, &mut view);
+        let half = [0.5 * camera.vfov].map(f64::tan)[0];
+        let aspect = w as f64 / h as f64;
+        let spare = Mutex::new(Vec::new());
+        let cancelled = AtomicBool::new(false);
+        let mut pixels = vec![[0.0; 3]; w * h];
+        pixels.par_chunks_mut(w * BAND).enumerate().for_each(|(band, pixels)| {
+            if cancelled.load(Ordering::Relaxed) {
+                return;
+            }
+            let rows = pixels.len() / w;
+            let y = |row: usize| half * (2.0 * row as f64 / h as f64 - 1.0);
+            let face = Face::new(
+                [-half * aspect, half * aspect],
+                [y(band * BAND), y(band * BAND + rows)],
+                w * n,
+                rows * n,
+            );
+            let mut buffer: ItemBuffer =
+                spare.lock().ok().and_then(|mut s| s.pop()).unwrap_or_default();
+            draw(&self.occluders, &view, &face, &mut buffer);
+            for (row, pixels) in pixels.chunks_mut(w).enumerate() {
+                for sub in 0..n {
+                    self.shade_row(&view, &face, &buffer, row * n + sub, |x, sight| {
+                        let value = map(sight);
+                        for c in 0..3 {
+                            pixels[x / n][c] += value[c] / (n * n) as f32;
+                        }
+                    });
+                }
+            }
+            if let Ok(mut spare) = spare.lock() {
+                spare.push(buffer);
+            }
+            if progress.advance(rows as u64).is_err() {
+                cancelled.store(true, Ordering::Relaxed);
+            }
+        });
+        if cancelled.into_inner() {
+            return Err(Cancelled.into());
+        }
+        Ok(Picture { width: w, height: h, pixels })
+    }
+
+    fn shade_row(
+        &self,
+        view: &View,
+        face: &Face,
+        buffer: &ItemBuffer,
+        row: usize,
+        mut sample: impl FnMut(usize, &Sight),
+    ) {
+        let items = &buffer.items()[row * face.stride()..][..face.width()];
+        let mut last: Option<(u32, [[f32; 3]; 3])> = None;
+        for (x, &item) in items.iter().enumerate() {
+            if item == NOTHING {
+                sample(
+                    x,
+                    &Sight { radiance: self.scene.sky, irradiance: Rgb::ZERO, reflects: false },
+                );
+                continue;
+            }
+            if last.is_none_or(|(i, _)| i != item) {
+                let corners = self.occluders.corners_in(view, item as usize / 2);
+                last = Edges::new(corners).map(|e| (item, e.turned::<0>()));
+            }
+            let Some((_, e)) = last else { continue };
+            let (px, py) = (face.x()[x], face.y()[row]);
+            let f = e.map(|e| f64::from(e[0] * px + (e[1] * py + e[2])));
+            let sum = f[0] + f[1] + f[2];
+            let uv = DVec2::new(f[1], f[2]) / sum;
+            let side = if item & 1 == 1 { Side::Back } else { Side::Front };
+            let triangle = self.occluders.ids()[item as usize / 2];
+            sample(x, &self.sight(SurfacePoint { triangle, side, uv }));
+        }
+    }
+
+    fn sight(&self, p: SurfacePoint) -> Sight {
+        if !self.scene.geometry.exchanges(p.triangle, p.side) {
+            return Sight { radiance: Rgb::ZERO, irradiance: Rgb::ZERO, reflects: false };
+        }
+        let (rho, emitted) = self.surfaces.at(self.scene, p);
+        let irradiance = self.field.at(p);
+        Sight {
+            radiance: emitted + rho * irradiance / PI,
+            irradiance,
+            reflects: emitted == Rgb::ZERO,
+        }
+    }
+
+    /// The exposure (factor on radiance) that brings the mean of the logarithm of the luminance of
+    /// the lit surfaces in view, emitters apart, to `key`; 1 if nothing lit is in view.
+    pub fn auto_exposure(
+        &self,
+        camera: &Camera,
+        aspect: f64,
+        key: f64,
+    ) -> Result<f64, RenderError> {
+        let height = 120;
+        let width = ((height as f64 * aspect) as usize).clamp(1, 1000);
+        let options = PictureOptions { width, height, samples: 1 };
+        // One sample a pixel: the picture holds luminances of lit surfaces, zero elsewhere.
+        let seen = self.render(
+            camera,
+            &options,
+            |s| {
+                let l = if s.reflects { luminance(s.radiance) } else { 0.0 };
+                [l as f32, 0.0, 0.0]
+            },
+            &Silent,
+        )?;
+        let mut lit: Vec<f64> =
+            seen.pixels.iter().map(|p| f64::from(p[0])).filter(|&l| l > 0.0).collect();
+        if lit.is_empty() {
+            return Ok(1.0);
+        }
+        lit.sort_unstable_by(f64::total_cmp);
+        // Deep shadows would drag a mean of logarithms down.
+        let floor = lit[lit.len() / 2] / 64.0;
+        let mean = lit.iter().map(|l| l.max(floor).ln()).sum::<f64>() / lit.len() as f64;
+        Ok(key / mean.exp())
+    }
+}
+
+multiversion! {
+    fn draw(occluders: &Occluders, view: &View, face: &Face, buffer: &mut ItemBuffer) = draw_kernel
+}
+
+/// Draws all source triangles; items are twice the number of the solid triangle, plus one if its
+/// back is seen.
+#[inline(always)]
+fn draw_kernel(occluders: &Occluders, view: &View, face: &Face, buffer: &mut ItemBuffer) {
+    buffer.clear(face);
+    for i in 0..occluders.len() {
+        let corners = occluders.corners_in(view, i);
+        if corners.iter().all(|c| c.z <= 0.0) {
+            continue;
+        }
+        if let Some(bounds) = face.bounds::<0>(&corners)
+            && let Some(edges) = Edges::new(corners)
+        {
+            buffer.draw::<0>(face, bounds, &edges, 2 * i as u32 + u32::from(edges.back));
+        }
+    }
+}

@@ -1,0 +1,56 @@
+//! What surfaces reflect and emit at a point, textures included.
+
+use std::f64::consts::PI;
+
+use rayon::prelude::*;
+
+use crate::patches::SurfacePoint;
+use crate::scene::{Rgb, Scene, TextureSampler};
+
+/// Reflectance and emission at points, with textures decoded.
+pub(super) struct Surfaces {
+    textures: Vec<Option<TextureSampler>>,
+}
+
+impl Surfaces {
+    /// Textures that do not decode were named when the scene was read, and count as their mean.
+    pub fn new(scene: &Scene) -> Self {
+        let materials = &scene.optics.materials;
+        let used = |t: usize| {
+            let t = Some(t as u32);
+            materials.iter().any(|m| m.reflectance_texture == t || m.radiance_texture == t)
+        };
+        let textures = scene
+            .optics
+            .textures
+            .par_iter()
+            .enumerate()
+            .map(|(t, texture)| if used(t) { texture.decode().ok() } else { None })
+            .collect();
+        Self { textures }
+    }
+
+    /// Reflectance ρ(x) and emitted radiance L_e(x).
+    pub fn at(&self, scene: &Scene, p: SurfacePoint) -> (Rgb, Rgb) {
+        let optics = &scene.optics;
+        let material = optics.material(p.triangle);
+        let sample = |texture: Option<u32>| {
+            let sampler = self.textures.get(texture? as usize)?.as_ref()?;
+            let [a, b, c] = *optics.uv.get(p.triangle.index())?;
+            let l = p.barycentric();
+            Some(sampler.sample(a * l.x + b * l.y + c * l.z))
+        };
+        let rho = match sample(material.reflectance_texture) {
+            Some(texel) => {
+                (material.reflectance * texel).clamp(Rgb::ZERO, Rgb::splat(optics.max_reflectance))
+            }
+            None => optics.reflectance[p.triangle.index()],
+        };
+        let mean = optics.emission(p.triangle, p.side) / PI;
+        let emitted = match sample(material.radiance_texture) {
+            Some(texel) if mean != Rgb::ZERO => material.radiance * texel,
+            _ => mean,
+        };
+        (rho, emitted)
+    }
+}
