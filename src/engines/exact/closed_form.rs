@@ -171,7 +171,7 @@ impl View<'_> {
             return;
         }
         self.buffers.target.closely = longest_edge(y) > small;
-        let local = self.at_points(x, y);
+        let local = self.of_points(x, y);
         let weight = local.all / (PI * self.pair.exchange);
         if finer > 0 && self.pair.effort * weight * local.spread() > SPREAD {
             for x in quarters(x) {
@@ -187,7 +187,7 @@ impl View<'_> {
     }
 
     /// What is hidden of `y` from 16 points of `x`.
-    fn at_points(&mut self, x: [DVec3; 3], y: [DVec3; 3]) -> Hidden {
+    fn of_points(&mut self, x: [DVec3; 3], y: [DVec3; 3]) -> Hidden {
         let ViewBuffers { target, projected, polygon } = &mut *self.buffers;
         let (from, to) = self.sides;
         let origin = middle(y);

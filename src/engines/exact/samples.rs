@@ -1,5 +1,10 @@
 //! What all shadow rays share: the sequence that their ends follow, and how well they are trusted.
 
+use super::places::Place;
+
+/// Spreads the bits of a seed over those of pairs.
+const SEED: u64 = 0xd134_2543_de82_ef95;
+
 /// Most shadow rays of a pair.
 pub(super) const MOST_RAYS: usize = 1024;
 
@@ -12,10 +17,34 @@ pub(super) fn sobol() -> Vec<[f32; 4]> {
     (0..MOST_RAYS as u32).map(|i| sobol_burley::sample_4d(i, 0, 0)).collect()
 }
 
+/// What the random numbers of a pair begin with. No two pairs have the same, and another `seed`
+/// gives others.
+pub(super) fn pair_seed(seed: u32, [i, j]: [Place; 2]) -> u64 {
+    u64::from(seed).wrapping_mul(SEED) ^ u64::from(i.0) << 32 ^ u64::from(j.0)
+}
+
 /// The square of the error of the visible fraction that rays found: `all` is the kernel along their
 /// even and odd ones, `clear` that along those that nothing blocks. `None` if a half has no rays.
 pub(super) fn square_error(all: [f64; 2], clear: [f64; 2]) -> Option<f64> {
     let [a, b] = all;
     let [p, q] = clear;
     (a > 0.0 && b > 0.0).then(|| TOGETHER * (p / a - q / b).powi(2))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::HashSet;
+
+    use super::*;
+
+    #[test]
+    fn no_two_pairs_have_one_seed_beyond_65536_patches() {
+        let places = [0, 1, 2, 3, 65_535, 65_536, 65_537, 131_072, 196_608, 1 << 29].map(Place);
+        let mut seeds = HashSet::new();
+        for seed in 0..4 {
+            for i in places {
+                assert!(places.iter().all(|&j| seeds.insert(pair_seed(seed, [i, j]))));
+            }
+        }
+    }
 }

@@ -1,5 +1,5 @@
-//! Shadow rays of pairs that matter little: one or a few each, packed 16 to a packet over the pairs
-//! of a row.
+//! Shadow rays of pairs that matter little: one or a few each. Those of the pairs of a row share
+//! packets of 16.
 //!
 //! The errors of single rays in different pairs are independent: over a row they average out. How
 //! many rays a pair gets follows from its factor and the error asked for. The first few tell
@@ -18,17 +18,17 @@ use super::model::Model;
 use super::pair::Visible;
 use super::pieces::PieceId;
 use super::places::Place;
-use super::samples::square_error;
+use super::samples::{pair_seed, square_error};
 use super::triangles::Triangles;
 use crate::engines::sampling::{Random, on_triangle};
 use crate::simd::{LANES, multiversion};
 use crate::visibility::{Lanes, NOTHING, Packet};
 
-/// Packets that are made and traced at a time.
+/// Packets made and traced at a time.
 const PACKETS: usize = 32;
 
-/// Of the rays of a pair in doubt, one in so many is traced first. The fewer, the more often it is
-/// overlooked that one of a group is hidden and none of the others, as at the foot of something.
+/// The first rays are one in this many of those of a pair in doubt. The fewer they are, the more
+/// often a group seems clear although one of its pairs is hidden, as at the foot of a blocker.
 const PILOT: u32 = 3;
 
 /// Powers of the inverse of the root of x⁵ = x + 1, in units of 2⁻³²: the step of the sequence in
@@ -83,7 +83,7 @@ pub(super) struct ShadowRays {
     pub pairs: Vec<SampledPair>,
     /// For each ray the pair (an index in `pairs`) and its number among those of the pair.
     rays: Vec<(u32, u32)>,
-    /// Those of each packet.
+    /// The rays of each packet.
     runs: Vec<Range<usize>>,
     packets: Vec<Packet>,
     weights: Vec<Lanes>,
@@ -107,16 +107,23 @@ struct Ends {
 /// The patch that rays begin on, and where its sequence begins.
 struct Start {
     row: Place,
+    seed: u32,
     shift: [u32; 4],
 }
 
-impl ShadowRays {
-    /// Traces rays between the patch at `row` and the second ones of `pairs`.
-    pub fn trace(&mut self, model: &Model<'_>, row: Place, seed: u32) {
+impl Start {
+    fn new(row: Place, seed: u32) -> Self {
         let shift = Random::new(u64::from(seed) << 32 ^ u64::from(row.0))
             .numbers()
             .map(|x: f64| (x * 4_294_967_296.0) as u32);
-        let start = Start { row, shift };
+        Self { row, seed, shift }
+    }
+}
+
+impl ShadowRays {
+    /// Traces rays from the patch at `row` to the second patches of `pairs`.
+    pub fn trace(&mut self, model: &Model<'_>, row: Place, seed: u32) {
+        let start = Start::new(row, seed);
         for doubtful in [false, true] {
             self.choose(doubtful);
             self.cast(model, &start);
@@ -144,8 +151,8 @@ impl ShadowRays {
         }
     }
 
-    /// Hands over each pair with its visible fraction and the square of the error of that. Pairs of
-    /// one ray err as much as those of their group differ.
+    /// Each pair with its visible fraction. The error of pairs with one ray is how much their group
+    /// differs.
     pub fn visible(&self) -> impl Iterator<Item = (&SampledPair, Visible)> {
         self.pairs.chunk_by(together).flat_map(|near| {
             let mean = near.iter().map(|a| a.visible().0).sum::<f64>() / near.len() as f64;
@@ -184,15 +191,18 @@ impl ShadowRays {
 
 /// Where the rays of a packet begin and end.
 fn ends(pairs: &[SampledPair], rays: &[(u32, u32)], model: &Model<'_>, start: &Start) -> Ends {
-    // Patches of several pieces: one for each ray, and for all of a packet where they begin.
-    let piece = |patch: Place, (k, n): (u32, u32)| {
-        let place = u64::from(pairs[k as usize].column.0) << 32 | u64::from(n);
-        let random = || Random::new(place ^ u64::from(start.row.0) << 16);
-        let u = if model.is_simple(patch) { 0.0 } else { random().numbers::<1>()[0] };
-        model.piece_at(patch, u)
+    // In patches of several pieces, each ray ends on a piece of its own; those of a packet begin on
+    // the same one.
+    let piece = |patch: Place, (k, n): (u32, u32), end: usize| {
+        if model.is_simple(patch) {
+            return model.piece_at(patch, 0.0);
+        }
+        let pair = pair_seed(start.seed, [start.row, pairs[k as usize].column]);
+        let random = Random::new(pair).bits() ^ u64::from(n);
+        model.piece_at(patch, Random::new(random).numbers::<2>()[end])
     };
     let mut ends = Ends {
-        from: piece(start.row, rays[0]),
+        from: piece(start.row, rays[0], 0),
         column: [NOTHING; LANES],
         to: [PieceId(0); LANES],
         sample: [[0.0; LANES]; 4],
@@ -200,7 +210,7 @@ fn ends(pairs: &[SampledPair], rays: &[(u32, u32)], model: &Model<'_>, start: &S
     for (l, &(k, n)) in rays.iter().enumerate() {
         let column = pairs[k as usize].column;
         ends.column[l] = column.0;
-        ends.to[l] = piece(column, (k, n));
+        ends.to[l] = piece(column, (k, n), 1);
         let sample = &model.samples[n as usize % model.samples.len()];
         for d in 0..4 {
             ends.sample[d][l] = sample[d];
@@ -259,8 +269,8 @@ fn aim_kernel(
         let u3 = turned(s3[l], start.shift[3], STEPS[3], column);
         let (s, t) = on_triangle(u0, u1);
         let r = 1.0 - s - t;
-        // Heights over the other's plane; a point behind it goes to its triangle's highest corner
-        // until it is before it.
+        // Heights over the other's plane; a point behind it moves towards its triangle's highest
+        // corner until it is in front of it.
         let e0 = nx[l] * (fx - mx[l]) + ny[l] * (fy - my[l]) + nz[l] * (fz - mz[l]);
         let e1 = nx[l] * (gx - mx[l]) + ny[l] * (gy - my[l]) + nz[l] * (gz - mz[l]);
         let e2 = nx[l] * (hx - mx[l]) + ny[l] * (hy - my[l]) + nz[l] * (hz - mz[l]);
@@ -318,4 +328,34 @@ fn lifted(h0: f32, h1: f32, h2: f32, r: f32, s: f32, t: f32) -> (f32, f32, f32) 
         if second { s + way } else { s },
         if first | second { t } else { t + way },
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::patches::Patches;
+    use crate::scene::builtin;
+    use crate::visibility::Bvh;
+
+    #[test]
+    fn another_seed_chooses_other_pieces_of_both_patches() {
+        let g = builtin::build("paper-1").unwrap().geometry;
+        let p = Patches::clustered(&g, 2.0, &[]).unwrap();
+        let bvh = Bvh::new(&g);
+        let model = Model::new(&g, &p, &bvh, 1e-3);
+        let places = || (0..model.len() as u32).map(Place);
+        let [row, column] = [0, 1].map(|k| places().filter(|&at| !model.is_simple(at)).nth(k));
+        let [row, column] = [row, column].map(Option::unwrap);
+        let pairs = [SampledPair::new(column, 1.0, LANES as u32)];
+        let chosen = |seed: u32| -> Vec<[u32; 2]> {
+            let rays = (0..LANES as u32).map(|n| [(0, n)]);
+            let ends = rays.map(|ray| ends(&pairs, &ray, &model, &Start::new(row, seed)));
+            ends.map(|ends| [ends.from.0, ends.to[0].0]).collect()
+        };
+        let [first, second] = [0, 1].map(chosen);
+        for end in 0..2 {
+            assert!(first.iter().zip(&second).any(|(a, b)| a[end] != b[end]));
+        }
+        assert_eq!(first, chosen(0));
+    }
 }

@@ -7,6 +7,7 @@ use super::model::Model;
 use super::pair::{Pair, Visible};
 use super::places::{Place, Places, TileId, Wanted};
 use super::polygon::facing;
+use super::samples::pair_seed;
 use super::shadow_rays::{SampledPair, ShadowRays};
 use super::sight::{Sight, Sights, Sorting};
 use super::tally::{Tally, TileSums};
@@ -16,10 +17,7 @@ use super::visible::{PairBuffers, visible};
 use crate::simd::LANES;
 use crate::visibility::Lanes;
 
-/// Spreads the bits of a seed over those of pairs.
-const SEED: u64 = 0xd134_2543_de82_ef95;
-
-/// What it takes to evaluate a pair of tiles, and what was done; reused.
+/// Buffers for a pair of tiles, and what was done; reused.
 pub(super) struct TileBuffers {
     sights: Sights,
     row: [Lanes; TILE / LANES],
@@ -135,8 +133,8 @@ impl Task<'_> {
         sums.ray_error += sums.error - before;
     }
 
-    /// S of one pair, 0 if it exchanges nothing, and the square of its error; `known` unoccluded,
-    /// if it is. Without a list of blockers rays tell.
+    /// S of one pair, 0 if it exchanges nothing, and the square of its error. `known` is S with
+    /// nothing in the way, if it is known; without a list of blockers rays tell.
     fn closely(
         &self,
         [i, j]: [Place; 2],
@@ -162,14 +160,13 @@ impl Task<'_> {
                 let v = if blockers.is_some_and(<[_]>::is_empty) {
                     Visible::ALL
                 } else {
-                    let seed = u64::from(self.seed).wrapping_mul(SEED);
                     let pair = Pair {
                         pieces: [p, q],
                         polygons: polygons.into(),
                         blockers,
                         effort: self.effort.sampling(model.relative_factor([i, j], s)),
                         exchange: s,
-                        seed: seed ^ u64::from(i.0) << 32 ^ u64::from(j.0),
+                        seed: pair_seed(self.seed, [i, j]),
                     };
                     visible(&pair, model, buffers)
                 };
