@@ -9,7 +9,7 @@ use proptest::prelude::*;
 use super::material_tests::{LEFT, halves, textured};
 use super::tests::{Doc, load_as};
 use crate::scene::import::{ImportOptions, load};
-use crate::scene::source::{ImportError, Source};
+use crate::scene::source::Source;
 
 #[test]
 fn required_extensions_are_named_with_a_remedy() {

@@ -1,15 +1,12 @@
 //! Documents that are sound: buffers, meshes, nodes, cameras and lamps.
 
 use std::fs;
-use std::path::Path;
 
 use base64::Engine;
-use glam::{DVec2, DVec3};
-use proptest::prelude::*;
+use glam::DVec3;
 
 use crate::scene::import::{ImportOptions, SidesChoice, load};
-use crate::scene::source::{ImportError, Source};
-use crate::scene::texture::tests::png;
+use crate::scene::source::ImportError;
 use crate::scene::{Lamp, Rgb, Scene, Side, Sides, TriangleId, TriangleState};
 
 /// A document with one buffer, put together piece by piece.
@@ -231,21 +228,6 @@ fn nodes_place_instances_and_mirrors_keep_fronts_outside() {
     assert_eq!(corners(&s, 2), [at(5.0, 0.0, 10.0), at(5.0, 1.0, 10.0), at(4.0, 0.0, 10.0)]);
     let names: Vec<_> = s.geometry.surfaces.iter().map(|s| (s.name.as_str(), s.node)).collect();
     assert_eq!(names, [("moved", 1), ("mirrored", 2), ("m", 3)]);
-}
-
-#[test]
-fn doubts_of_a_mesh_are_named_once_for_all_its_instances() {
-    let mut doc = textured(&halves(), "", "", LEFT);
-    doc.primitive =
-        r#"{"attributes":{"POSITION":0,"COLOR_0":0},"material":0,"targets":[{"POSITION":0}]}"#
-            .into();
-    doc.nodes = r#"{"mesh":0,"children":[1]},{"mesh":0,"translation":[0,0,1]}"#.into();
-    let s = doc.scene();
-    assert_eq!(s.geometry.len(), 2);
-    for doubt in ["no texture coordinates", "vertex colours", "morph targets"] {
-        let named = s.findings.iter().filter(|f| f.message.contains(doubt)).count();
-        assert_eq!(named, 1, "{doubt}");
-    }
 }
 
 #[test]
