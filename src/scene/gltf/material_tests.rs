@@ -119,3 +119,18 @@ fn broken_textures_are_assumed_grey_and_said() {
     assert_eq!(s.optics.reflectance, [Rgb::splat(0.25)]);
     assert!(has_finding(&s, "texture 0", "gone.png is missing"));
 }
+
+#[test]
+fn doubts_of_a_mesh_are_named_once_for_all_its_instances() {
+    let mut doc = textured(&halves(), "", "", LEFT);
+    doc.primitive =
+        r#"{"attributes":{"POSITION":0,"COLOR_0":0},"material":0,"targets":[{"POSITION":0}]}"#
+            .into();
+    doc.nodes = r#"{"mesh":0,"children":[1]},{"mesh":0,"translation":[0,0,1]}"#.into();
+    let s = doc.scene();
+    assert_eq!(s.geometry.len(), 2);
+    for doubt in ["no texture coordinates", "vertex colours", "morph targets"] {
+        let named = s.findings.iter().filter(|f| f.message.contains(doubt)).count();
+        assert_eq!(named, 1, "{doubt}");
+    }
+}

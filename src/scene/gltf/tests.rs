@@ -232,21 +232,6 @@ fn nodes_place_instances_and_mirrors_keep_fronts_outside() {
 }
 
 #[test]
-fn doubts_of_a_mesh_are_named_once_for_all_its_instances() {
-    let mut doc = textured(&halves(), "", "", LEFT);
-    doc.primitive =
-        r#"{"attributes":{"POSITION":0,"COLOR_0":0},"material":0,"targets":[{"POSITION":0}]}"#
-            .into();
-    doc.nodes = r#"{"mesh":0,"children":[1]},{"mesh":0,"translation":[0,0,1]}"#.into();
-    let s = doc.scene();
-    assert_eq!(s.geometry.len(), 2);
-    for doubt in ["no texture coordinates", "vertex colours", "morph targets"] {
-        let named = s.findings.iter().filter(|f| f.message.contains(doubt)).count();
-        assert_eq!(named, 1, "{doubt}");
-    }
-}
-
-#[test]
 fn points_and_lines_are_left_out_and_said() {
     let mut doc = Doc::triangle();
     doc.primitive += r#",{"attributes":{"POSITION":0},"mode":0},{"attributes":{},"mode":3}"#;
