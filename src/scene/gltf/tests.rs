@@ -5,7 +5,6 @@ use std::fs;
 use base64::Engine;
 use glam::DVec3;
 
-use super::material_tests::{LEFT, halves, textured};
 use crate::scene::import::{ImportOptions, SidesChoice, load};
 use crate::scene::source::ImportError;
 use crate::scene::{Lamp, Rgb, Scene, Side, Sides, TriangleId, TriangleState};
