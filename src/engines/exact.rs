@@ -65,7 +65,6 @@ mod points;
 mod polygon;
 mod rows;
 mod samples;
-mod sets;
 mod shadow_rays;
 mod shaft;
 mod sight;

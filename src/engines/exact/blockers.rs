@@ -12,7 +12,7 @@ use std::collections::HashMap;
 use glam::DVec3;
 
 use super::convex::{convex_polygons, joined};
-use super::sets::Sets;
+use crate::scene::disjoint_sets::DisjointSets;
 use crate::scene::edges::{EdgeUse, edge_uses, shared};
 use crate::scene::{Geometry, Side};
 
@@ -121,7 +121,7 @@ impl Blockers {
         polygon_of: &[Option<BlockerId>],
         coplanar: f64,
     ) {
-        let mut sets = Sets::new(geometry.len());
+        let mut sets = DisjointSets::new(geometry.len());
         for [a, b] in shared(uses).filter_map(joined) {
             sets.join(a.triangle.0, b.triangle.0);
         }

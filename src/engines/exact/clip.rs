@@ -7,6 +7,7 @@ use super::model::Model;
 use super::occluded::MOST_CORNERS;
 use super::pair::Pair;
 use super::polygon::Polygon;
+use crate::scene::clip::clip as clip_polygon;
 
 /// The part of a blocker that lies in front of both polygons.
 #[derive(Debug, Clone)]
@@ -89,16 +90,5 @@ fn before(corners: &[DVec3], of: &Polygon, touching: f64, part: &mut Vec<DVec3>)
     if corners.iter().all(|&c| height(c) <= touching) {
         return;
     }
-    let Some(&last) = corners.last() else { return };
-    let mut from = last;
-    for &to in corners {
-        let (h0, h1) = (height(from), height(to));
-        if (h0 < 0.0) != (h1 < 0.0) {
-            part.push(from + (to - from) * (h0 / (h0 - h1)));
-        }
-        if h1 >= 0.0 {
-            part.push(to);
-        }
-        from = to;
-    }
+    clip_polygon(corners, height, |v| part.push(v));
 }

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, HashMap};
 
 use glam::{DVec2, DVec3};
 
-use super::sets::Sets;
+use crate::scene::disjoint_sets::DisjointSets;
 use crate::scene::edges::{EdgeUse, shared};
 use crate::scene::{Geometry, Side, TriangleId};
 
@@ -117,7 +117,7 @@ fn convex_unions(
     let index: HashMap<TriangleId, u32> =
         triangles.iter().enumerate().map(|(k, &t)| (t, k as u32)).collect();
     edges.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-    let mut sets = Sets::new(regions.len());
+    let mut sets = DisjointSets::new(regions.len());
     loop {
         let before = edges.len();
         edges.retain(|(_, [a, b])| {
