@@ -7,7 +7,7 @@ use super::model::Model;
 use super::occluded::MOST_CORNERS;
 use super::pair::Pair;
 use super::polygon::Polygon;
-use crate::scene::clip::clip as clip_by_height;
+use crate::scene::clip::clip as clip_polygon;
 
 /// The part of a blocker that lies in front of both polygons.
 #[derive(Debug, Clone)]
@@ -90,5 +90,5 @@ fn before(corners: &[DVec3], of: &Polygon, touching: f64, part: &mut Vec<DVec3>)
     if corners.iter().all(|&c| height(c) <= touching) {
         return;
     }
-    clip_by_height(corners, height, |corner| part.push(corner));
+    clip_polygon(corners, height, |v| part.push(v));
 }

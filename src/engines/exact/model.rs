@@ -10,12 +10,12 @@ use super::pieces::{Fragment, Piece, PieceId, extent, fragments};
 use super::places::Place;
 use super::polygon::facing;
 use super::samples::sobol;
-use super::shaft::BlockerTree;
 use super::tree::{Extent, Node, Tree};
 use super::triangles::Triangles;
 use super::unoccluded::exchange;
 use crate::patches::{PatchId, Patches};
 use crate::scene::Geometry;
+use crate::scene::box_tree::{Bounds, BoxTree};
 use crate::simd::LANES;
 use crate::visibility::{Bvh, ROUNDING};
 
@@ -31,7 +31,7 @@ pub(super) struct Model<'a> {
     pub bvh: &'a Bvh,
     pub tree: Tree,
     pub blockers: Blockers,
-    pub blocker_tree: BlockerTree,
+    pub blocker_tree: BoxTree,
     pub far: FarPatches,
     /// All pieces.
     pub shapes: Triangles,
@@ -79,10 +79,11 @@ impl<'a> Model<'a> {
             let pieces = &pieces[starts[range.start] as usize..starts[range.end] as usize];
             node.inside = inside_any(pieces);
         }
+        let boxes: Vec<Bounds> = blockers.polygons.iter().map(|p| (p.low, p.high)).collect();
         let mut me = Self {
             bvh,
             tree,
-            blocker_tree: BlockerTree::new(&blockers),
+            blocker_tree: BoxTree::new(&boxes),
             blockers,
             far: FarPatches::new(error),
             shapes: Triangles::default(),

@@ -2,6 +2,8 @@
 
 use glam::DVec3;
 
+use crate::scene::clip::clip;
+
 /// A plane convex polygon with a front.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Polygon {
@@ -43,23 +45,12 @@ impl Polygon {
             return None;
         }
         let mut part = Self { len: 0, ..*self };
-        let mut put = |v: DVec3| {
+        clip(self.corners(), height, |v| {
             if let Some(corner) = part.corners.get_mut(part.len) {
                 *corner = v;
                 part.len += 1;
             }
-        };
-        let mut from = self.corners[self.len - 1];
-        for &to in self.corners() {
-            let (h0, h1) = (height(from), height(to));
-            if h0 * h1 < 0.0 {
-                put(from + (to - from) * (h0 / (h0 - h1)));
-            }
-            if h1 >= 0.0 {
-                put(to);
-            }
-            from = to;
-        }
+        });
         (part.len > 2).then_some(part)
     }
 

@@ -14,7 +14,7 @@
 
 use glam::DVec3;
 
-use super::blockers::{Blocker, BlockerId, Blockers};
+use super::blockers::Blocker;
 use super::tree::Node;
 
 /// What a polygon hides between two groups.
@@ -154,73 +154,4 @@ fn across(q: &Blocker, a: &Node, b: &Node, side: f64, coplanar: f64) -> Occlusio
         inside &= high < -noise;
     }
     if inside { Occlusion::Complete } else { Occlusion::Partial }
-}
-
-/// A hierarchy of boxes over blockers.
-#[derive(Debug, Default)]
-pub(super) struct BlockerTree {
-    nodes: Vec<BlockerNode>,
-    order: Vec<BlockerId>,
-}
-
-#[derive(Debug)]
-struct BlockerNode {
-    low: DVec3,
-    high: DVec3,
-    from: u32,
-    to: u32,
-    /// Where the second child is; the first follows its parent. 0 for a leaf.
-    second: u32,
-}
-
-impl BlockerTree {
-    pub fn new(blockers: &Blockers) -> Self {
-        let boxes: Vec<(DVec3, DVec3)> =
-            blockers.polygons.iter().map(|p| (p.low, p.high)).collect();
-        let order = (0..boxes.len() as u32).map(BlockerId).collect();
-        let mut me = Self { nodes: Vec::new(), order };
-        if !boxes.is_empty() {
-            me.build(0, boxes.len(), &boxes);
-        }
-        me
-    }
-
-    fn build(&mut self, from: usize, to: usize, boxes: &[(DVec3, DVec3)]) {
-        const LEAF: usize = 4;
-        let of = |i: &BlockerId| boxes[i.index()];
-        let (low, high) = self.order[from..to]
-            .iter()
-            .map(of)
-            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), (a, b)| (l.min(a), h.max(b)));
-        let at = self.nodes.len();
-        self.nodes.push(BlockerNode { low, high, from: from as u32, to: to as u32, second: 0 });
-        if to - from <= LEAF {
-            return;
-        }
-        let extent = high - low;
-        let axis = (0..3).fold(0, |best, k| if extent[k] > extent[best] { k } else { best });
-        let key = |i: &BlockerId| of(i).0[axis] + of(i).1[axis];
-        self.order[from..to].sort_by(|i, j| key(i).total_cmp(&key(j)).then(i.cmp(j)));
-        let middle = (from + to) / 2;
-        self.build(from, middle, boxes);
-        self.nodes[at].second = self.nodes.len() as u32;
-        self.build(middle, to, boxes);
-    }
-
-    /// Hands over the blockers near a shaft, in a fixed order.
-    pub fn near(&self, shaft: &Shaft, mut each: impl FnMut(BlockerId)) {
-        let mut stack = Vec::with_capacity(64);
-        stack.extend((!self.nodes.is_empty()).then_some(0));
-        while let Some(at) = stack.pop() {
-            let node = &self.nodes[at as usize];
-            if shaft.misses_box(node.low, node.high) {
-                continue;
-            }
-            if node.second == 0 {
-                self.order[node.from as usize..node.to as usize].iter().for_each(|&i| each(i));
-            } else {
-                stack.extend([node.second, at + 1]);
-            }
-        }
-    }
 }

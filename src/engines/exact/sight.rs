@@ -63,7 +63,8 @@ impl Sights {
         let [a, b] = nodes.map(|n| model.tree.node(n));
         self.shaft.between(a, b);
         let Self { shaft, pending, .. } = self;
-        model.blocker_tree.near(shaft, |q| pending.push(q));
+        let outside = |low, high| shaft.misses_box(low, high);
+        model.blocker_tree.near(outside, |q| pending.push(BlockerId(q)));
         self.descend(sorting, nodes, 0..self.pending.len());
     }
 
