@@ -54,8 +54,8 @@ pub fn run(args: &Factors) -> Result<(), Failure> {
     };
     let bar = Bar::new(args.quiet);
     let mut store = |forecast: &_| room::store(args, format, forecast);
-    let mut matrix = make_where(&scene.geometry, &options, &mut store, &bar)
-        .map_err(|e| failure_of(&args.model.scene, e))?;
+    let mut matrix =
+        make_where(&scene.geometry, &options, &mut store, &bar).map_err(|e| failure_of(args, e))?;
     matrix.report.scene.clone_from(&scene.name);
     let start = Instant::now();
     let mut origin = matrix.origin(&scene.geometry);
@@ -142,9 +142,10 @@ fn export_failure(error: ExportError) -> Failure {
     Failure::of(error, Failure::failed)
 }
 
-fn failure_of(scene: &str, error: MatrixError) -> Failure {
+fn failure_of(args: &Factors, error: MatrixError) -> Failure {
+    let scene = &args.model.scene;
     Failure::of(error, |error| {
-        let text = format!("{error}{}", remedy::of_matrix(&error));
+        let text = format!("{error}{}", remedy::of_matrix(&error, args.enclosure));
         match error {
             MatrixError::Engine(EngineError::Device(_)) => Failure::Failed(text),
             MatrixError::Sink(SinkError::Store(_)) => Failure::Failed(text),

@@ -58,8 +58,8 @@ pub fn of_light(error: &LightError) -> String {
     }
 }
 
-/// About a matrix that was not made.
-pub fn of_matrix(error: &MatrixError) -> String {
+/// About a matrix that was not made; `closed` if it was to be closed.
+pub fn of_matrix(error: &MatrixError, closed: bool) -> String {
     match error {
         MatrixError::Patches(e) => of_patches(e),
         MatrixError::Engine(e) => of_engine(e),
@@ -81,11 +81,12 @@ pub fn of_matrix(error: &MatrixError) -> String {
              which need not fit"
                 .to_owned()
         }
-        MatrixError::Memory { .. } => {
+        MatrixError::Memory { .. } if closed => {
             "; allow more with --memory, or use fewer patches; without --enclosure they can go \
              through a file"
                 .to_owned()
         }
+        MatrixError::Memory { .. } => "; allow more with --memory, or use fewer patches".to_owned(),
         _ => String::new(),
     }
 }
