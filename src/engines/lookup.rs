@@ -51,7 +51,7 @@ impl<'a> Lookups<'a> {
         };
         let lookup = |triangle: TriangleId, side: Side| match finest.split_of(triangle, side) {
             Split::Uniform { first, level } => {
-                let cut = finest.has_cuts(side_index(triangle, side));
+                let cut = finest.has_crossed(side_index(triangle, side));
                 let strips = if level == 0 && !cut { 0.0 } else { (1_u32 << level) as f32 };
                 Lookup { first, strips, cut }
             }

@@ -254,7 +254,7 @@ fn find_kernel(lookups: &Lookups<'_>, hits: &[Hits], places: &mut [[u32; LANES]]
             places[l] = first[l] + if strips[l] > 0.0 { index } else { 0 };
         }
         for l in 0..LANES {
-            if cut && strips[l] > 0.0 && finest.is_cut(PatchId(places[l])) {
+            if cut && strips[l] > 0.0 && finest.is_crossed(PatchId(places[l])) {
                 let f = [1.0 - hits.u[l] - hits.v[l], hits.u[l], hits.v[l]];
                 places[l] = lookups.owner(places[l], f);
             }

@@ -3,7 +3,7 @@
 use std::sync::{Arc, OnceLock};
 
 use super::cell::Cell;
-use super::cut::Cuts;
+use super::crossed::CrossedPatches;
 use super::members::Members;
 use super::mesh::{Finest, Patches};
 use super::point::{PatchId, side_index};
@@ -181,7 +181,7 @@ impl SplitCells {
             areas,
             members: Members::default(),
             contacts: finest.contacts.clone(),
-            cuts: Cuts::default(),
+            crossed: CrossedPatches::default(),
             fragments: OnceLock::new(),
             origins: std::collections::HashMap::new(),
             finest: Some(Finest { patches: finest.clone(), patch_of }),

@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3};
 
 use super::cell::{Cell, index_in_grid};
 use super::contact::{ContactLines, Plane};
-use super::cut::Cuts;
+use super::crossed::CrossedPatches;
 use super::fragments::Fragments;
 use super::members::Members;
 use super::point::{PatchId, SurfacePoint, side_index};
@@ -26,7 +26,7 @@ pub struct Patches {
     /// The source triangles of patches that are clusters.
     pub(super) members: Members,
     pub(super) contacts: Arc<ContactLines>,
-    pub(super) cuts: Cuts,
+    pub(super) crossed: CrossedPatches,
     /// What belongs to patches where contacts part them, found when first asked for.
     pub(super) fragments: OnceLock<Fragments>,
     /// Points that stand for their patch where the centroid is covered.
@@ -170,25 +170,25 @@ impl Patches {
 
     /// Whether something parts patches of this side, so that [`owner`](Self::owner) matters.
     #[inline(always)]
-    pub(crate) fn has_cuts(&self, side: usize) -> bool {
-        self.cuts.on_side(side)
+    pub(crate) fn has_crossed(&self, side: usize) -> bool {
+        self.crossed.on_side(side)
     }
 
     /// Whether something parts this patch.
     #[inline(always)]
-    pub(crate) fn is_cut(&self, id: PatchId) -> bool {
-        self.cuts.is_cut(id)
+    pub(crate) fn is_crossed(&self, id: PatchId) -> bool {
+        self.crossed.is_crossed(id)
     }
 
     /// The patch that a point in the cell of patch `id` belongs to, by its barycentric coordinates.
     pub(crate) fn owner(&self, id: PatchId, l: DVec3) -> PatchId {
-        self.cuts.owner(id, || self.cell(id).local(l), DVec2::new(l.y, l.z))
+        self.crossed.owner(id, || self.cell(id).local(l), DVec2::new(l.y, l.z))
     }
 
     /// How contacts cut a patch, for a twin of [`owner`](Self::owner).
     #[cfg(feature = "gpu")]
-    pub(crate) fn cut_of(&self, id: PatchId) -> Option<&super::cut::CutPatch> {
-        self.cuts.of(id)
+    pub(crate) fn crossed(&self, id: PatchId) -> Option<&super::crossed::CrossedPatch> {
+        self.crossed.of(id)
     }
 
     /// Whether something stands on or passes through the surface near a patch.

@@ -6,8 +6,8 @@ use std::sync::{Arc, OnceLock};
 use super::cell::Cell;
 use super::clustered::{self, ALONE};
 use super::contact::ContactLines;
-use super::cut::Cuts;
-use super::cutting::find_cuts;
+use super::crossed::CrossedPatches;
+use super::crossing::find_crossed;
 use super::members::Members;
 use super::mesh::Patches;
 use super::point::{PatchId, SurfacePoint, side_index};
@@ -53,7 +53,7 @@ impl Patches {
             areas: Vec::new(),
             members: Members::default(),
             contacts: Arc::new(contacts),
-            cuts: Cuts::default(),
+            crossed: CrossedPatches::default(),
             fragments: OnceLock::new(),
             origins: HashMap::new(),
             finest: None,
@@ -81,7 +81,7 @@ impl Patches {
         if !id_of.is_empty() {
             patches.gather_members(geometry, clusters);
         }
-        patches.cuts = find_cuts(&patches, &patches.contacts);
+        patches.crossed = find_crossed(&patches, &patches.contacts);
         patches
     }
 
@@ -128,7 +128,7 @@ impl Patches {
     #[must_use]
     pub fn with_origins(mut self, origins: HashMap<PatchId, SurfacePoint>) -> Self {
         self.origins = origins;
-        self.cuts = find_cuts(&self, &self.contacts);
+        self.crossed = find_crossed(&self, &self.contacts);
         self.fragments = OnceLock::new();
         self
     }

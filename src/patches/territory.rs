@@ -67,8 +67,8 @@ impl Patches {
     fn may_share(&self, id: PatchId) -> bool {
         let cell = self.cell(id);
         match &self.finest {
-            Some(finest) => finest.patches.has_cuts(side_index(cell.triangle, cell.side)),
-            None => self.is_cut(id),
+            Some(finest) => finest.patches.has_crossed(side_index(cell.triangle, cell.side)),
+            None => self.is_crossed(id),
         }
     }
 

@@ -65,7 +65,7 @@ fn part_of<const F: usize>(model: &Model<'_>, edges: &[Edges], id: u32, at: [f32
     let cell = model.patches.cell(PatchId(id));
     let side = side_index(cell.triangle, cell.side);
     let lookups = &model.lookups;
-    if !lookups.finest.has_cuts(side) {
+    if !lookups.finest.has_crossed(side) {
         return id;
     }
     let e = edges[cell.triangle.index()].turned::<F>();
@@ -156,7 +156,7 @@ fn of_item<const F: usize>(
     }
     if cut {
         for l in run {
-            if model.lookups.finest.is_cut(PatchId(places[l])) {
+            if model.lookups.finest.is_crossed(PatchId(places[l])) {
                 let f = [e0[0] * xs[l] + c0, e1[0] * xs[l] + c1, e2[0] * xs[l] + c2];
                 places[l] = model.lookups.owner(places[l], f);
             }

@@ -105,7 +105,7 @@ impl Tables {
         };
         for (number, &triangle) in (0..).zip(&solid) {
             for side in Side::BOTH {
-                if !finest.has_cuts(side_index(triangle, side)) {
+                if !finest.has_crossed(side_index(triangle, side)) {
                     continue;
                 }
                 me.owners
@@ -125,7 +125,7 @@ impl Tables {
     /// Adds what is known about a cell, if contacts cut it: as the counting shader reads it, with
     /// coordinates within the cell.
     fn cut(&mut self, finest: &Patches, id: PatchId, whole: impl Fn(PatchId) -> u32) {
-        let Some(cut) = finest.cut_of(id) else { return };
+        let Some(cut) = finest.crossed(id) else { return };
         let cell = finest.cell(id);
         let point = |uv: DVec2| {
             let l = cell.local(DVec3::new(1.0 - uv.x - uv.y, uv.x, uv.y));

@@ -4,17 +4,18 @@ use glam::{DVec2, DVec3};
 
 use super::cell::Cell;
 use super::contact::{ContactLines, Line};
-use super::cut::{CutPatch, Cuts, MIXED, NONE, TABLE_LEVEL};
+use super::crossed::{CrossedPatch, CrossedPatches, MIXED, NONE, TABLE_LEVEL};
 use super::mesh::Patches;
 use super::point::PatchId;
 use super::split::Split;
 
-/// Centres within so many strips are near enough to stand for a part of a cut patch.
+/// Centres within so many strips are near enough to stand for a part of a crossed patch.
 const NEAR: f64 = 2.5;
 
 /// The patches that contact lines pass through, and whom their parts belong to.
-pub(super) fn find_cuts(patches: &Patches, lines: &ContactLines) -> Cuts {
-    let mut me = Cuts { sides: vec![false; patches.splits().len()], ..Cuts::default() };
+pub(super) fn find_crossed(patches: &Patches, lines: &ContactLines) -> CrossedPatches {
+    let mut me =
+        CrossedPatches { sides: vec![false; patches.splits().len()], ..CrossedPatches::default() };
     for (side, split) in patches.splits().iter().enumerate() {
         let lines = lines.of(side);
         let Split::Uniform { first, level } = *split else { continue };
@@ -22,19 +23,19 @@ pub(super) fn find_cuts(patches: &Patches, lines: &ContactLines) -> Cuts {
             continue;
         }
         for id in (first..first + (1 << (2 * u32::from(level)))).map(PatchId) {
-            let Some(cut) = cut_patch(patches, id, first, level, lines) else { continue };
+            let Some(cut) = crossed_patch(patches, id, first, level, lines) else { continue };
             if me.index.is_empty() {
                 me.index = vec![NONE; patches.len()];
             }
             me.sides[side] = true;
-            me.index[id.index()] = me.cut.len() as u32;
-            me.cut.push(cut);
+            me.index[id.index()] = me.patches.len() as u32;
+            me.patches.push(cut);
         }
     }
     me
 }
 
-impl CutPatch {
+impl CrossedPatch {
     /// What the table says of a point: 0 if it sees the centre, or else the nearest of `candidates`
     /// that it sees, which joins the others.
     fn code_at(&mut self, at: DVec2, candidates: &[(PatchId, DVec2)]) -> u8 {
@@ -55,13 +56,13 @@ impl CutPatch {
 }
 
 /// `None` if no line passes through the patch.
-fn cut_patch(
+fn crossed_patch(
     patches: &Patches,
     id: PatchId,
     first: u32,
     level: u8,
     lines: &[Line],
-) -> Option<CutPatch> {
+) -> Option<CrossedPatch> {
     let cell = patches.cell(id);
     let strip = 1.0 / f64::from(cell.strips());
     let centre = patches.origin(id).uv;
@@ -73,7 +74,7 @@ fn cut_patch(
     }
     // A way to a neighbour's centre may cross lines beyond the patch itself.
     let lines: Vec<Line> = lines.iter().filter(near(NEAR + 1.0)).copied().collect();
-    let mut me = CutPatch { centre, lines, others: Vec::new(), table: [0; 64] };
+    let mut me = CrossedPatch { centre, lines, others: Vec::new(), table: [0; 64] };
     let mut candidates = neighbours(patches, id, first, level);
     candidates.retain(|o| (o.1 - centre).abs().max_element() <= NEAR * strip);
     candidates.sort_by(|a, b| {

@@ -6,15 +6,15 @@ use super::cell::index_in_grid;
 use super::contact::Line;
 use super::point::PatchId;
 
-/// Splits of a cut patch into the cells of its table.
+/// Splits of a crossed patch into the cells of its table.
 pub(super) const TABLE_LEVEL: u8 = 3;
 
 /// The cell of the table is crossed by a line: the point itself decides.
 pub(super) const MIXED: u8 = u8::MAX;
 
-/// What a cut patch's points belong to.
+/// What a crossed patch's points belong to.
 #[derive(Debug, Clone)]
-pub(crate) struct CutPatch {
+pub(crate) struct CrossedPatch {
     pub(crate) centre: DVec2,
     pub(super) lines: Vec<Line>,
     /// Neighbours that parts belong to, with their centres.
@@ -23,20 +23,20 @@ pub(crate) struct CutPatch {
     pub(super) table: [u8; 1 << (2 * TABLE_LEVEL)],
 }
 
-/// All cut patches.
+/// All crossed patches.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Cuts {
+pub(super) struct CrossedPatches {
     /// Whether a side has any.
     pub(super) sides: Vec<bool>,
-    /// For each patch of such sides its place in `cut`, or `NONE`; empty if nothing is cut.
+    /// For each patch of such sides its place in `patches`, or `NONE`; empty if nothing is crossed.
     pub(super) index: Vec<u32>,
-    pub(super) cut: Vec<CutPatch>,
+    pub(super) patches: Vec<CrossedPatch>,
 }
 
 pub(super) const NONE: u32 = u32::MAX;
 
-impl Cuts {
-    /// Whether any patch of a side is cut.
+impl CrossedPatches {
+    /// Whether any patch of a side is crossed.
     #[inline(always)]
     pub fn on_side(&self, side: usize) -> bool {
         self.sides[side]
@@ -44,15 +44,15 @@ impl Cuts {
 
     /// Whether a line passes through a patch.
     #[inline(always)]
-    pub fn is_cut(&self, id: PatchId) -> bool {
+    pub fn is_crossed(&self, id: PatchId) -> bool {
         self.index.get(id.index()).is_some_and(|&k| k != NONE)
     }
 
-    /// How a patch is cut.
+    /// How a patch is crossed.
     #[cfg(feature = "gpu")]
-    pub fn of(&self, id: PatchId) -> Option<&CutPatch> {
+    pub fn of(&self, id: PatchId) -> Option<&CrossedPatch> {
         let k = self.index.get(id.index()).filter(|&&k| k != NONE)?;
-        Some(&self.cut[*k as usize])
+        Some(&self.patches[*k as usize])
     }
 
     /// The patch that a point in the cell of patch `id` belongs to; `local` are its barycentric
@@ -61,13 +61,13 @@ impl Cuts {
     pub fn owner(&self, id: PatchId, local: impl FnOnce() -> DVec3, uv: DVec2) -> PatchId {
         match self.index.get(id.index()) {
             None | Some(&NONE) => id,
-            Some(&k) => self.cut[k as usize].owner(id, local(), uv),
+            Some(&k) => self.patches[k as usize].owner(id, local(), uv),
         }
     }
 }
 
 #[cfg(feature = "gpu")]
-impl CutPatch {
+impl CrossedPatch {
     /// Both ends of each line that parts the patch, in the coordinates `uv` of its source triangle.
     pub(crate) fn lines(&self) -> impl ExactSizeIterator<Item = [DVec2; 2]> + '_ {
         self.lines.iter().map(|l| [l.from, l.to])
@@ -84,7 +84,7 @@ impl CutPatch {
     }
 }
 
-impl CutPatch {
+impl CrossedPatch {
     fn owner(&self, id: PatchId, local: DVec3, uv: DVec2) -> PatchId {
         match self.table[index_in_grid(TABLE_LEVEL, local) as usize] {
             0 => id,
