@@ -28,7 +28,8 @@ impl Patches {
     /// none for those beyond its end) and sidedness become one patch, a cluster, while
     ///
     /// - its area is at most `max_area`,
-    /// - the normals of its members differ from their mean by at most [`MAX_ANGLE`](super::MAX_ANGLE),
+    /// - the normals of its members differ from their mean by at most
+    ///   [`MAX_ANGLE`](super::MAX_ANGLE),
     /// - its extent is at most [`MAX_DIAMETER`](super::MAX_DIAMETER) `√max_area`.
     ///
     /// Triangles that something stands on or passes through stay patches of their own, and no

@@ -28,7 +28,8 @@ pub struct LightOptions {
     /// 1e-6 with others.
     pub tolerance: Option<f64>,
     /// The error aimed at, of irradiance on four fifths of the lit surface, as a share of 1:
-    /// [`Scene::light`](crate::Scene::light) then chooses rays and patches. With sampled rays only. Default: none.
+    /// [`Scene::light`](crate::Scene::light) then chooses rays and patches. With sampled rays only.
+    /// Default: none.
     pub error: Option<f64>,
     /// Bytes that the work may take. Default [`DEFAULT_MEMORY`].
     pub memory: u64,

@@ -9,7 +9,8 @@ use crate::progress::Cancelled;
 /// Why a matrix cannot be closed.
 #[derive(Debug, Error)]
 pub enum ClosureError {
-    /// Rows lose more than [`OPEN`](super::OPEN) to the environment and to backs: each with that share.
+    /// Rows lose more than [`OPEN`](super::OPEN) to the environment and to backs: each with that
+    /// share.
     #[error("{} patches lose more than 1 % to the environment or to backs", .0.len())]
     Open(Vec<(PatchId, f64)>),
     /// No scales make these rows sum to 1: the worst, each with the sum that it keeps.

@@ -103,6 +103,9 @@ fn check_sides(width: u32, height: u32) -> Result<(), String> {
     if width.max(height) > MAX_SIDE {
         return Err(format!("{width} x {height} pixels; a side has at most {MAX_SIDE}"));
     }
+    if size_of::<[u8; 4]>() as u64 * u64::from(width) * u64::from(height) > MAX_BYTES as u64 {
+        return Err(format!("{width} x {height} pixels take more than {MAX_BYTES} bytes"));
+    }
     Ok(())
 }
 
