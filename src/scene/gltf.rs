@@ -66,7 +66,7 @@ fn check_required_extensions(document: &Document<'_>) -> Result<(), ImportError>
                 "export without meshopt compression (gltfpack: leave out -c, -cc and -cz)"
             }
             "KHR_texture_basisu" | "MSFT_texture_dds" => {
-                "export the textures as PNG, JPEG or WebP (gltfpack: leave out -tc)"
+                "export the textures as PNG or JPEG (gltfpack: leave out -tc)"
             }
             "EXT_mesh_gpu_instancing" => "export the instances as nodes (gltfpack: leave out -mi)",
             _ => "export without it",
