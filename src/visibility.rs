@@ -30,7 +30,7 @@ pub use item_buffer::{Edges, Face, ItemBuffer, PatchArea};
 pub use occluders::{Frame, Occluders, View};
 pub(crate) use occluders::{code, faces_of};
 pub use segments::{Blockers, ROUNDING, Sight};
-pub use surroundings::{Glimpse, Surroundings, looks_inside_out, share};
+pub use surroundings::{Glimpse, Surroundings, looks_inside_out, solid_angle_fraction};
 
 /// What an item buffer holds where nothing was drawn.
 pub const NOTHING: u32 = u32::MAX;

@@ -7,7 +7,7 @@ use glam::DVec3;
 use hemicube::render::viewpoint;
 use hemicube::scene::builtin::UnknownBuiltin;
 use hemicube::scene::{Camera, ImportOptions, Lamp, Scene, Severity, SidesChoice, ies, load};
-use hemicube::visibility::{Occluders, Surroundings, share};
+use hemicube::visibility::{Occluders, Surroundings, solid_angle_fraction};
 
 use crate::args::{Emission, Input, MOST_RADIANCE, Model, Render, SidesArg};
 use crate::failure::Failure;
@@ -199,7 +199,7 @@ pub fn ensure_light(scene: &mut Scene, camera: &Camera, quiet: bool) -> Result<(
     let around = Surroundings::of(&Occluders::new(&scene.geometry), camera.eye, up, None);
     /// Below this share of emptiness around the eye a room is closed; cracks are narrower.
     const CLOSED: f64 = 1e-3;
-    if share(around.glimpses(), |g| g.hit.is_none()) < CLOSED {
+    if solid_angle_fraction(around.glimpses(), |g| g.hit.is_none()) < CLOSED {
         return Err(Failure::Input(format!(
             "{}: nothing emits light and the room is closed: it would be dark. Let a material \
              emit, for example --emission \"{}=10,10,10\"; the materials are {}",

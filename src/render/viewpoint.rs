@@ -5,7 +5,7 @@ use std::collections::HashSet;
 use glam::DVec3;
 
 use crate::scene::{Camera, Geometry, Scene};
-use crate::visibility::{Occluders, Surroundings, share};
+use crate::visibility::{Occluders, Surroundings, solid_angle_fraction};
 
 /// A camera that was chosen, and what it finds around it.
 #[derive(Debug, Clone, PartialEq)]
@@ -39,7 +39,7 @@ pub fn viewpoint(scene: &Scene) -> Option<Viewpoint> {
     let east = up.any_orthonormal_vector();
     let north = up.cross(east);
     let around = Surroundings::of(&occluders, centre, up, None);
-    let inside = share(around.glimpses(), |g| g.hit.is_some()) > 0.5;
+    let inside = solid_angle_fraction(around.glimpses(), |g| g.hit.is_some()) > 0.5;
     let chosen = if inside {
         let height = (high - low).dot(up.abs());
         let floor = centre - up * (0.5 * height);

@@ -96,8 +96,8 @@ impl Surroundings {
     }
 }
 
-/// Share of the solid angle of `glimpses` for which `what` holds, 0..1.
-pub fn share(glimpses: &[Glimpse], what: impl Fn(&Glimpse) -> bool) -> f64 {
+/// Fraction of the solid angle of `glimpses` for which `what` holds, 0..1.
+pub fn solid_angle_fraction(glimpses: &[Glimpse], what: impl Fn(&Glimpse) -> bool) -> f64 {
     let total: f64 = glimpses.iter().map(|g| g.solid_angle).sum();
     glimpses.iter().filter(|g| what(g)).map(|g| g.solid_angle).sum::<f64>() / total
 }
@@ -121,7 +121,9 @@ pub fn looks_inside_out(geometry: &Geometry) -> bool {
         let (above, below) = seen.glimpses.split_at(seen.glimpses.len() / 2);
         let weight = geometry.area(id);
         area += weight;
-        if share(above, |g| g.hit.is_none()) > 0.99 && share(below, |g| g.hit.is_some()) > 0.5 {
+        let escapes = solid_angle_fraction(above, |g| g.hit.is_none());
+        let hits = solid_angle_fraction(below, |g| g.hit.is_some());
+        if escapes > 0.99 && hits > 0.5 {
             flipped += weight;
         }
     }
