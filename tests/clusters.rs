@@ -107,7 +107,7 @@ fn areas_look_up_and_samples_agree() {
     }
     for id in p.ids() {
         assert!((found[id.index()] / p.area(id) - 1.0).abs() < 1e-12);
-        assert!((p.shares(id).map(|s| s.1).sum::<f64>() - 1.0).abs() < 1e-12);
+        assert!((p.area_fractions(id).map(|f| f.1).sum::<f64>() - 1.0).abs() < 1e-12);
         for u in points(7).chain([DVec2::ZERO, DVec2::new(1.0 - 1e-16, 0.5)]) {
             assert_eq!(p.at(p.sample(id, u)), Some(id));
         }
@@ -122,7 +122,7 @@ fn samples_are_uniform_in_area() {
         let n = 4096;
         let mean = points(n).map(|u| p.sample(id, u).position(&g)).sum::<DVec3>() / f64::from(n);
         let centroid = |t: TriangleId| g.corners(t).iter().sum::<DVec3>() / 3.0;
-        let exact: DVec3 = p.shares(id).map(|(t, share)| centroid(t) * share).sum();
+        let exact: DVec3 = p.area_fractions(id).map(|(t, fraction)| centroid(t) * fraction).sum();
         assert!(mean.distance(exact) < 2e-3, "{mean} {exact}");
     }
 }

@@ -25,7 +25,7 @@ fn mean(patches: &Patches, value: impl Fn(TriangleId, Side) -> Rgb) -> Vec<Rgb> 
         if patches.members(id).iter().all(|&t| value(t, cell.side) == first) {
             return first;
         }
-        patches.shares(id).map(|(t, share)| value(t, cell.side) * share).sum()
+        patches.area_fractions(id).map(|(t, fraction)| value(t, cell.side) * fraction).sum()
     };
     patches.ids().map(of).collect()
 }

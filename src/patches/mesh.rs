@@ -72,15 +72,15 @@ impl Patches {
     /// lie on the side of its [`cell`](Self::cell).
     #[must_use]
     pub fn members(&self, id: PatchId) -> &[TriangleId] {
-        match self.members.of(id.index()) {
+        match self.members.of(id) {
             range if range.is_empty() => std::slice::from_ref(&self.cells[id.index()].triangle),
             range => &self.members.triangles[range],
         }
     }
 
-    /// The [`members`](Self::members) of a patch, each with its share of the patch's area, 0..1.
-    pub fn shares(&self, id: PatchId) -> impl Iterator<Item = (TriangleId, f64)> + '_ {
-        let sums = self.members.shares.get(self.members.of(id.index())).unwrap_or_default();
+    /// The [`members`](Self::members) of a patch, each with its fraction of the patch's area, 0..1.
+    pub fn area_fractions(&self, id: PatchId) -> impl Iterator<Item = (TriangleId, f64)> + '_ {
+        let sums = self.members.cumulative.get(self.members.of(id)).unwrap_or_default();
         let mut before = 0.0;
         self.members(id).iter().enumerate().map(move |(k, &t)| {
             let sum = sums.get(k).copied().unwrap_or(1.0);
@@ -97,7 +97,7 @@ impl Patches {
     /// Whether a patch consists of several source triangles.
     #[must_use]
     pub fn is_cluster(&self, id: PatchId) -> bool {
-        !self.members.of(id.index()).is_empty()
+        !self.members.of(id).is_empty()
     }
 
     /// Whether any patch does.
@@ -226,7 +226,7 @@ impl Patches {
     #[must_use]
     pub fn sample(&self, id: PatchId, u: DVec2) -> SurfacePoint {
         let cell = self.cell(id);
-        match self.members.at_share(id.index(), u.x) {
+        match self.members.at_fraction(id, u.x) {
             Some((triangle, x)) => cell.on(triangle).sample(DVec2::new(x, u.y)),
             None => cell.sample(u),
         }

@@ -107,7 +107,7 @@ impl Patches {
             triangles[*at as usize] = TriangleId((s / 2) as u32);
             *at += 1;
         }
-        let mut shares = vec![1.0; triangles.len()];
+        let mut cumulative = vec![1.0; triangles.len()];
         for (p, cell) in self.cells.iter_mut().enumerate() {
             let range = starts[p] as usize..starts[p + 1] as usize;
             let members = &triangles[range.clone()];
@@ -115,14 +115,14 @@ impl Patches {
                 continue;
             }
             let mut sum = 0.0;
-            for (share, &t) in shares[range].iter_mut().zip(members) {
+            for (up_to, &t) in cumulative[range].iter_mut().zip(members) {
                 sum += geometry.area(t);
-                *share = sum / self.areas[p];
+                *up_to = sum / self.areas[p];
             }
             let best = clustered::representative(geometry, cell.side, members);
             *cell = Cell::whole(members[best], cell.side);
         }
-        self.members = Members { starts, triangles, shares };
+        self.members = Members { starts, triangles, cumulative };
     }
 
     /// The same patches, some of them with another [`origin`](Self::origin) (on the patch itself).
