@@ -173,7 +173,7 @@ fn make_rows(engine: &Rays<'_>, ids: &[PatchId], traced: &mut Traced, rows: &mut
         for lane in lanes(set) {
             traced.starts.set(lane, [bvh.local(a), edges[0], edges[1]], axes, own);
         }
-        if patches.is_cluster(id) || patches.is_parted(id) {
+        if patches.is_cluster(id) || patches.is_fragmented(id) {
             one_by_one.extend(lanes(set).map(|lane| (lane, id)));
         }
         row.columns.clear();

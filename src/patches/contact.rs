@@ -176,7 +176,7 @@ fn edge_under(from: DVec3, to: DVec3) -> Option<usize> {
 
 impl Line {
     /// Whether the way from `a` to `b` crosses this line. Ways that only touch it do not.
-    pub fn parts(&self, a: DVec2, b: DVec2) -> bool {
+    pub fn separates(&self, a: DVec2, b: DVec2) -> bool {
         let turn = |p: DVec2, q: DVec2, r: DVec2| (q - p).perp_dot(r - p);
         let (sa, sb) = (turn(self.from, self.to, a), turn(self.from, self.to, b));
         if sa * sb >= 0.0 {
@@ -245,9 +245,9 @@ mod tests {
         assert!(lines.of(2).is_empty() && lines.of(3).is_empty(), "the wall's foot is its edge");
         let plane = Plane::of(g.corners(floor));
         let at = |x: f64, z: f64| plane.uv(DVec3::new(x, 0.0, z));
-        assert!(upper.parts(at(0.0, 0.0), at(1.0, 0.0)));
-        assert!(!upper.parts(at(0.0, 0.0), at(0.4, 0.5)));
-        assert!(!upper.parts(at(0.0, 1.5), at(1.0, 1.5)), "past the wall's end");
-        assert!(!upper.parts(at(0.5, 0.0), at(1.0, 0.0)), "from its foot");
+        assert!(upper.separates(at(0.0, 0.0), at(1.0, 0.0)));
+        assert!(!upper.separates(at(0.0, 0.0), at(0.4, 0.5)));
+        assert!(!upper.separates(at(0.0, 1.5), at(1.0, 1.5)), "past the wall's end");
+        assert!(!upper.separates(at(0.5, 0.0), at(1.0, 0.0)), "from its foot");
     }
 }

@@ -1,4 +1,4 @@
-//! Patches that contact lines pass through, and whom their other parts belong to.
+//! Patches that contact lines pass through, and the owners of what lies beyond the lines.
 
 use glam::{DVec2, DVec3};
 
@@ -12,12 +12,12 @@ pub(super) const TABLE_LEVEL: u8 = 3;
 /// The cell of the table is crossed by a line: the point itself decides.
 pub(super) const MIXED: u8 = u8::MAX;
 
-/// What a crossed patch's points belong to.
+/// The owner of each point of a crossed patch's cell.
 #[derive(Debug, Clone)]
 pub(crate) struct CrossedPatch {
     pub(crate) centre: DVec2,
     pub(super) lines: Vec<Line>,
-    /// Neighbours that parts belong to, with their centres.
+    /// Neighbours that own what lies beyond the lines, with their centres.
     pub(crate) others: Vec<(PatchId, DVec2)>,
     /// For each cell: 0 the patch itself, k for `others[k - 1]`, or [`MIXED`].
     pub(super) table: [u8; 1 << (2 * TABLE_LEVEL)],
@@ -68,13 +68,14 @@ impl CrossedPatches {
 
 #[cfg(feature = "gpu")]
 impl CrossedPatch {
-    /// Both ends of each line that parts the patch, in the coordinates `uv` of its source triangle.
+    /// Both ends of each line that divides the patch, in the coordinates `uv` of its source
+    /// triangle.
     pub(crate) fn lines(&self) -> impl ExactSizeIterator<Item = [DVec2; 2]> + '_ {
         self.lines.iter().map(|l| [l.from, l.to])
     }
 
-    /// For each cell of the table the owner of all of it, patch `id` being the one that is cut;
-    /// `None` where the point itself decides.
+    /// For each cell of the table the owner of all of it, patch `id` being the crossed one; `None`
+    /// where the point itself decides.
     pub(crate) fn table(&self, id: PatchId) -> impl Iterator<Item = Option<PatchId>> + '_ {
         self.table.iter().map(move |&code| match code {
             0 => Some(id),
@@ -95,6 +96,6 @@ impl CrossedPatch {
     }
 
     pub(super) fn sees(&self, a: DVec2, b: DVec2) -> bool {
-        !self.lines.iter().any(|l| l.parts(a, b))
+        !self.lines.iter().any(|l| l.separates(a, b))
     }
 }

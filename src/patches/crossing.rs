@@ -1,4 +1,4 @@
-//! Finds the patches that contact lines pass through, and whom their other parts belong to.
+//! Finds the patches that contact lines pass through, and the owners of what lies beyond.
 
 use glam::{DVec2, DVec3};
 
@@ -9,10 +9,10 @@ use super::mesh::Patches;
 use super::point::PatchId;
 use super::split::Split;
 
-/// Centres within so many strips are near enough to stand for a part of a crossed patch.
+/// Patches whose centres lie within this many strips may own what lies beyond a line.
 const NEAR: f64 = 2.5;
 
-/// The patches that contact lines pass through, and whom their parts belong to.
+/// The patches that contact lines pass through, and the owners of what lies beyond.
 pub(super) fn find_crossed(patches: &Patches, lines: &ContactLines) -> CrossedPatches {
     let mut me =
         CrossedPatches { sides: vec![false; patches.splits().len()], ..CrossedPatches::default() };
@@ -23,13 +23,13 @@ pub(super) fn find_crossed(patches: &Patches, lines: &ContactLines) -> CrossedPa
             continue;
         }
         for id in (first..first + (1 << (2 * u32::from(level)))).map(PatchId) {
-            let Some(cut) = crossed_patch(patches, id, first, level, lines) else { continue };
+            let Some(crossed) = crossed_patch(patches, id, first, level, lines) else { continue };
             if me.index.is_empty() {
                 me.index = vec![NONE; patches.len()];
             }
             me.sides[side] = true;
             me.index[id.index()] = me.patches.len() as u32;
-            me.patches.push(cut);
+            me.patches.push(crossed);
         }
     }
     me
@@ -80,13 +80,13 @@ fn crossed_patch(
     candidates.sort_by(|a, b| {
         a.1.distance_squared(centre).total_cmp(&b.1.distance_squared(centre)).then(a.0.cmp(&b.0))
     });
-    for (k, part) in Cell::grid(cell.triangle, cell.side, TABLE_LEVEL).enumerate() {
-        let [a, b, c] = part.barycentric();
+    for (k, small) in Cell::grid(cell.triangle, cell.side, TABLE_LEVEL).enumerate() {
+        let [a, b, c] = small.barycentric();
         let on_source = |local: DVec3| cell.point(local).uv;
         let at = on_source((a + b + c) / 3.0);
         let outline = [on_source(a), on_source(b), on_source(c)];
         me.table[k] = if me.lines.iter().any(|l| l.enters(outline)) {
-            // A line has a corner on each of its sides, however thin the part is that it cuts off.
+            // A line has a corner on each of its sides, however thin a sliver it cuts off.
             for corner in outline {
                 me.code_at(corner, &candidates);
             }

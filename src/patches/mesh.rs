@@ -27,7 +27,7 @@ pub struct Patches {
     pub(super) members: Members,
     pub(super) contacts: Arc<ContactLines>,
     pub(super) crossed: CrossedPatches,
-    /// What belongs to patches where contacts part them, found when first asked for.
+    /// What belongs to patches that contacts divide, found when first asked for.
     pub(super) fragments: OnceLock<Fragments>,
     /// Points that stand for their patch where the centroid is covered.
     pub(super) origins: HashMap<PatchId, SurfacePoint>,
@@ -139,8 +139,8 @@ impl Patches {
     }
 
     /// The patch that a point belongs to; `None` on a side that exchanges no light. Mostly the
-    /// patch under it, or a neighbour if something that stands on the surface parts it from the
-    /// centre of that patch.
+    /// patch under it, or a neighbour if something that stands on the surface separates it from
+    /// the centre of that patch.
     #[must_use]
     pub fn at(&self, p: SurfacePoint) -> Option<PatchId> {
         if let Some(finest) = &self.finest {
@@ -207,7 +207,8 @@ impl Patches {
         self.contacts.on_edge(side, k)
     }
 
-    /// Whether nothing that stands on the surface parts the origins of two patches near each other.
+    /// Whether nothing that stands on the surface separates the origins of two patches near each
+    /// other.
     pub(crate) fn see_each_other(&self, geometry: &Geometry, a: PatchId, b: PatchId) -> bool {
         let ends = [a, b].map(|i| self.origin(i).position(geometry));
         [a, b].iter().all(|&i| {
@@ -218,7 +219,7 @@ impl Patches {
             }
             let plane = Plane::of(geometry.corners(cell.triangle));
             let [p, q] = ends.map(|e| plane.uv(e));
-            !lines.iter().any(|l| l.parts(p, q))
+            !lines.iter().any(|l| l.separates(p, q))
         })
     }
 

@@ -1,9 +1,9 @@
 //! What belongs to patches where something stands on the surface or passes through it.
 //!
-//! What lies beyond a contact line belongs to a neighbour ([`Patches::at`]). A cell is cut along
-//! all contact lines within it first, so that each part lies on one side of them; parts of several
-//! owners (the end of a line lies within them) are split further, and the smallest go to whom their
-//! middle belongs.
+//! What lies beyond a contact line belongs to a neighbour ([`Patches::at`]). A cell is first cut
+//! along all contact lines within it, so that each fragment lies on one side of them. A line may
+//! end within a fragment, which then has several owners: it is split further, and the smallest
+//! fragments go to the owner of their centroid.
 
 use glam::DVec2;
 
@@ -13,28 +13,28 @@ use super::mesh::Patches;
 use super::point::{PatchId, SurfacePoint, side_index};
 use crate::scene::clip::crossing;
 
-/// Parts of several owners are split so often.
+/// A fragment of several owners is split at most this many times.
 const SPLITS: u32 = 4;
 
-/// What is thinner than this share of a cell is not cut off.
+/// What is thinner than this fraction of a cell is not cut off.
 const THIN: f64 = 1e-6;
 
 impl Patches {
     /// The triangles that belong to a patch, in the coordinates of the source triangle of its cell
     /// and in its winding; `None` if these are all of its cell, or of its members, and nothing
     /// else.
-    pub(crate) fn parts(
+    pub(crate) fn fragments(
         &self,
         id: PatchId,
     ) -> Option<impl ExactSizeIterator<Item = [DVec2; 3]> + '_> {
-        self.parts_of(id).map(|parts| parts.iter().map(|p| p.uv))
+        self.fragments_of(id).map(|all| all.iter().map(|f| f.uv))
     }
 
-    /// Area in m² of what belongs to a patch: all of it that is not beyond a contact line, and the
-    /// parts of its neighbours that are.
+    /// Area in m² of what belongs to a patch: all of its cell that is not beyond a contact line,
+    /// and what lies beyond one in its neighbours' cells.
     #[must_use]
     pub fn own_area(&self, id: PatchId) -> f64 {
-        let Some([.., last]) = self.parts_of(id) else { return self.area(id) };
+        let Some([.., last]) = self.fragments_of(id) else { return self.area(id) };
         let cells = f64::from(self.cell(id).strips()).powi(2);
         2.0 * last.up_to * cells * self.area(id)
     }
@@ -43,28 +43,28 @@ impl Patches {
     /// area.
     #[must_use]
     pub fn sample_own(&self, id: PatchId, u: DVec2) -> SurfacePoint {
-        let Some(parts @ [.., last]) = self.parts_of(id) else { return self.sample(id, u) };
+        let Some(all @ [.., last]) = self.fragments_of(id) else { return self.sample(id, u) };
         let at = u.x * last.up_to;
-        let k = parts.partition_point(|p| p.up_to <= at).min(parts.len() - 1);
-        let before = if k > 0 { parts[k - 1].up_to } else { 0.0 };
-        let Fragment { uv: [a, b, c], up_to } = parts[k];
+        let k = all.partition_point(|f| f.up_to <= at).min(all.len() - 1);
+        let before = if k > 0 { all[k - 1].up_to } else { 0.0 };
+        let Fragment { uv: [a, b, c], up_to } = all[k];
         let s = ((at - before) / (up_to - before)).clamp(0.0, 1.0).sqrt();
         let uv = a * (1.0 - s) + b * (s * (1.0 - u.y)) + c * (s * u.y);
         let cell = self.cell(id);
         SurfacePoint { triangle: cell.triangle, side: cell.side, uv }
     }
 
-    /// Whether other than the cell of a patch belongs to it.
-    pub(crate) fn is_parted(&self, id: PatchId) -> bool {
-        self.parts_of(id).is_some()
+    /// Whether what belongs to a patch differs from its cell, because of a contact line.
+    pub(crate) fn is_fragmented(&self, id: PatchId) -> bool {
+        self.fragments_of(id).is_some()
     }
 
-    fn parts_of(&self, id: PatchId) -> Option<&[Fragment]> {
+    fn fragments_of(&self, id: PatchId) -> Option<&[Fragment]> {
         self.fragments.get_or_init(|| find(self)).0.get(&id).map(|p| &p[..])
     }
 
     /// Whether some points in the cell of a patch may belong to others.
-    fn may_share(&self, id: PatchId) -> bool {
+    fn may_be_divided(&self, id: PatchId) -> bool {
         let cell = self.cell(id);
         match &self.finest {
             Some(finest) => finest.patches.has_crossed(side_index(cell.triangle, cell.side)),
@@ -80,23 +80,23 @@ impl Patches {
     }
 }
 
-/// The fragments of all patches that contact lines part.
+/// The fragments of all patches that contact lines divide.
 fn find(patches: &Patches) -> Fragments {
     let mut me = Fragments::default();
     let mut add = |owner: PatchId, uv: [DVec2; 3]| {
-        let parts = me.0.entry(owner).or_default();
+        let fragments = me.0.entry(owner).or_default();
         let [a, b, c] = uv;
-        let before = parts.last().map_or(0.0, |p| p.up_to);
+        let before = fragments.last().map_or(0.0, |f| f.up_to);
         let area = 0.5 * (b - a).perp_dot(c - a);
         if area > 0.0 {
-            parts.push(Fragment { uv, up_to: before + area });
+            fragments.push(Fragment { uv, up_to: before + area });
         }
     };
-    let shared: Vec<PatchId> = patches.ids().filter(|&id| patches.may_share(id)).collect();
+    let divided: Vec<PatchId> = patches.ids().filter(|&id| patches.may_be_divided(id)).collect();
     let mut others = Vec::new();
-    for id in shared {
-        share_out(patches, &patches.cell(id), |owner, uv| {
-            if !patches.may_share(owner) {
+    for id in divided {
+        divide(patches, &patches.cell(id), |owner, uv| {
+            if !patches.may_be_divided(owner) {
                 others.push(owner);
             }
             add(owner, uv);
@@ -112,8 +112,8 @@ fn outline(cell: &Cell) -> [DVec2; 3] {
     cell.barycentric().map(|l| DVec2::new(l.y, l.z))
 }
 
-/// Hands over all parts of a cell with whom they belong to.
-fn share_out(patches: &Patches, cell: &Cell, mut each: impl FnMut(PatchId, [DVec2; 3])) {
+/// Calls `each` with all fragments of a cell and their owners.
+fn divide(patches: &Patches, cell: &Cell, mut each: impl FnMut(PatchId, [DVec2; 3])) {
     let thin = THIN / f64::from(cell.strips());
     let mut convex = vec![outline(cell).to_vec()];
     for line in patches.contacts_in(cell) {
@@ -122,12 +122,12 @@ fn share_out(patches: &Patches, cell: &Cell, mut each: impl FnMut(PatchId, [DVec
     for polygon in convex {
         for k in 2..polygon.len() {
             let triangle = [polygon[0], polygon[k - 1], polygon[k]];
-            give(patches, cell, triangle, SPLITS, &mut each);
+            assign(patches, cell, triangle, SPLITS, &mut each);
         }
     }
 }
 
-/// Both parts of a convex polygon, if a segment passes through its inside.
+/// A convex polygon on either side of a segment that passes through its inside; else all of it.
 fn cut(polygon: Vec<DVec2>, [from, to]: [DVec2; 2], thin: f64) -> [Option<Vec<DVec2>>; 2] {
     let length = from.distance(to);
     let along = (to - from) / length;
@@ -137,20 +137,20 @@ fn cut(polygon: Vec<DVec2>, [from, to]: [DVec2; 2], thin: f64) -> [Option<Vec<DV
     if high.is_nan() || high <= thin || low >= -thin {
         return [Some(polygon), None];
     }
-    let mut parts = [Vec::new(), Vec::new()];
+    let mut sides = [Vec::new(), Vec::new()];
     let mut crossed = [f64::INFINITY, f64::NEG_INFINITY];
     for (k, &p) in polygon.iter().enumerate() {
         let q = polygon[(k + 1) % polygon.len()];
         let (h, g) = (height(p), height(q));
         if h >= 0.0 {
-            parts[0].push(p);
+            sides[0].push(p);
         }
         if h <= 0.0 {
-            parts[1].push(p);
+            sides[1].push(p);
         }
         let crossing = crossing((p, h), (q, g));
         if let Some(on) = crossing {
-            parts.iter_mut().for_each(|part| part.push(on));
+            sides.iter_mut().for_each(|side| side.push(on));
         }
         if let Some(on) = crossing.or((h == 0.0).then_some(p)) {
             let at = along.dot(on - from);
@@ -161,18 +161,18 @@ fn cut(polygon: Vec<DVec2>, [from, to]: [DVec2; 2], thin: f64) -> [Option<Vec<DV
     if crossed[1].min(length) - crossed[0].max(0.0) <= thin {
         return [Some(polygon), None];
     }
-    parts.map(Some)
+    sides.map(Some)
 }
 
-/// Hands over a triangle, or parts of it, with the owner of each.
-fn give(
+/// Calls `each` with a triangle, or with the fragments of its several owners.
+fn assign(
     patches: &Patches,
     cell: &Cell,
     [a, b, c]: [DVec2; 3],
     splits: u32,
     each: &mut impl FnMut(PatchId, [DVec2; 3]),
 ) {
-    // Drawn in a little: corners on a line are nobody's.
+    // Drawn in a little, as a corner on a line has no owner.
     const CORNERS: [[f64; 3]; 3] = [[0.98, 0.01, 0.01], [0.01, 0.98, 0.01], [0.01, 0.01, 0.98]];
     let at = |[r, s, t]: [f64; 3]| {
         let uv = a * r + b * s + c * t;
@@ -187,7 +187,7 @@ fn give(
     }
     let (ab, bc, ca) = (0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a));
     for t in [[a, ab, ca], [ab, b, bc], [ca, bc, c], [bc, ca, ab]] {
-        give(patches, cell, t, splits - 1, each);
+        assign(patches, cell, t, splits - 1, each);
     }
 }
 
@@ -203,8 +203,8 @@ mod tests {
             (2..p.len()).map(|k| 0.5 * (p[k - 1] - p[0]).perp_dot(p[k] - p[0])).sum::<f64>()
         };
         let cut = |from: [f64; 2], to: [f64; 2]| {
-            let parts = cut(square(), [from.into(), to.into()], 1e-6);
-            parts.each_ref().map(|p| p.as_ref().map(area))
+            let sides = cut(square(), [from.into(), to.into()], 1e-6);
+            sides.each_ref().map(|p| p.as_ref().map(area))
         };
         assert_eq!(cut([0.25, -1.0], [0.25, 0.5]), [Some(0.25), Some(0.75)]);
         assert_eq!(cut([0.0, 0.0], [1.0, 1.0]), [Some(0.5), Some(0.5)]);
@@ -215,18 +215,18 @@ mod tests {
 
     #[test]
     fn what_belongs_to_patches_makes_up_the_surface() {
-        let mut parted = 0;
+        let mut fragmented = 0;
         for (name, size) in [("cornell-box", 0.1), ("paper-3", 3.2), ("room", 1.0)] {
             let g = builtin::build(name).unwrap().geometry;
             let patches = Patches::uniform(&g, size).unwrap();
             let [own, all] = [Patches::own_area, Patches::area]
                 .map(|area| patches.ids().map(|id| area(&patches, id)).sum::<f64>());
             assert!((own / all - 1.0).abs() < 1e-9, "{name} {own} {all}");
-            for id in patches.ids().filter(|&id| patches.is_parted(id)) {
-                parted += 1;
-                // Each part is as often met as it is large: the mean of samples is the centroid.
+            for id in patches.ids().filter(|&id| patches.is_fragmented(id)) {
+                fragmented += 1;
+                // Samples meet each fragment in proportion to its area: their mean is the centroid.
                 let (mut mean, mut area) = (DVec2::ZERO, 0.0);
-                for [a, b, c] in patches.parts(id).unwrap() {
+                for [a, b, c] in patches.fragments(id).unwrap() {
                     let weight = (b - a).perp_dot(c - a);
                     assert!(weight > 0.0);
                     (mean, area) = (mean + weight * (a + b + c) / 3.0, area + weight);
@@ -242,6 +242,6 @@ mod tests {
                 assert!(off * f64::from(patches.cell(id).strips()) < 0.02, "{name} {id:?} {off}");
             }
         }
-        assert!(parted > 100);
+        assert!(fragmented > 100);
     }
 }

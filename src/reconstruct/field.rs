@@ -19,7 +19,7 @@ pub struct Field<'a> {
     /// Irradiance at each vertex of the conforming triangulation.
     vertices: Vec<Rgb>,
     /// Irradiance at the corners of patches near contacts, as seen from their own side of it.
-    parted: HashMap<PatchId, [Rgb; 3]>,
+    at_contacts: HashMap<PatchId, [Rgb; 3]>,
     /// Irradiance of each patch.
     irradiance: &'a [Rgb],
 }
@@ -75,7 +75,7 @@ impl<'a> Field<'a> {
             }
         }
         // Near a contact each patch has corners of its own, from the patches that it sees.
-        let parted = patches
+        let at_contacts = patches
             .ids()
             .filter(|&id| !patches.is_cluster(id))
             .collect::<Vec<_>>()
@@ -96,7 +96,7 @@ impl<'a> Field<'a> {
                 Some((id, values))
             })
             .collect();
-        Self { patches, mesh, vertices, parted, irradiance }
+        Self { patches, mesh, vertices, at_contacts, irradiance }
     }
 
     /// Irradiance at a point of a surface, W/m² or lx; zero where no light is exchanged.
@@ -110,7 +110,7 @@ impl<'a> Field<'a> {
         let local = cell.local(p.barycentric());
         let linear =
             |c: [Rgb; 3]| (c[0] * local.x + c[1] * local.y + c[2] * local.z).max(Rgb::ZERO);
-        if let Some(corners) = self.parted.get(&id) {
+        if let Some(corners) = self.at_contacts.get(&id) {
             return linear(*corners);
         }
         let value = |v: VertexId| self.vertices[v.0 as usize];

@@ -109,7 +109,7 @@ impl Emitters<'_> {
         work: &mut Workspace,
     ) -> DirectLight {
         let g = self.geometry;
-        if patches.is_cluster(id) || patches.is_parted(id) {
+        if patches.is_cluster(id) || patches.is_fragmented(id) {
             let sample = |u| {
                 let p = patches.sample_own(id, u);
                 (p.position(g), g.normal(p.triangle, p.side), self.bvh.solid(p.triangle))

@@ -58,8 +58,8 @@ pub(super) fn fragments(geometry: &Geometry, patches: &Patches, id: PatchId) -> 
     };
     let cell = patches.cell(id);
     let source = geometry.corners(cell.triangle);
-    match patches.parts(id) {
-        Some(parts) => parts
+    match patches.fragments(id) {
+        Some(triangles) => triangles
             .map(|uv| {
                 let at = |p: DVec2| at_barycentric(source, DVec3::new(1.0 - p.x - p.y, p.x, p.y));
                 fragment(cell.triangle, cell.side, uv.map(at))
