@@ -1,3 +1,3 @@
-//! Who is split, one rule a file.
+//! Which patches are split, one rule a file.
 
 pub mod factor;

@@ -6,10 +6,10 @@
 //!
 //! # Deviations
 //! The paper computes everything again in each pass. Here every row is made once. A patch that is
-//! split has the same centroid as its middle part, so a row made for it remains the row of that
-//! part; and rows are made on the uniform mesh of the smallest size, so that each says at once how
-//! far everything it sees must be split. The last step adds up the parts: the sums are the rows of
-//! the adaptive mesh, and the rule holds on them by construction.
+//! split has the same centroid as its middle child, so a row made for it remains the row of that
+//! child. Rows are made on the uniform mesh of the smallest size, so each says at once how far
+//! everything it sees must be split. The last step adds up the finest patches: the sums are the
+//! rows of the adaptive mesh, and the rule holds on them by construction.
 
 use std::sync::Arc;
 
@@ -113,13 +113,13 @@ impl FactorRule {
         let patches = cells.patches();
         let rows_made = rows.rows();
         let patch_of = patches.finest().map_or(&[][..], |f| f.1);
-        // The row of a patch is that of its middle part on the finest mesh.
+        // The row of a patch is that of its middle on the finest mesh.
         let middle = |i| cells.middle(&patches.cell(i));
         let factors = rows.merged(patches.len(), patch_of, middle);
         Ok(Refined { patches, factors, rows_made })
     }
 
-    /// The cells that row `i` wants split: those not finest whose form factor exceeds ε.
+    /// The cells that must be split for row `i`: those not finest whose form factor exceeds ε.
     fn demands(
         &self,
         cells: &SplitCells,
@@ -141,7 +141,7 @@ impl FactorRule {
         }
         large.iter().for_each(|leaf| sums.large[leaf.index()] = true);
         let finest = cells.finest();
-        let parts: Vec<(Cell, f64)> = row
+        let seen: Vec<(Cell, f64)> = row
             .entries()
             .filter(|(j, _)| sums.large.get(leaf_of[j.index()] as usize).is_some_and(|l| *l))
             .map(|(j, f)| (finest.cell(j), f))
@@ -149,24 +149,25 @@ impl FactorRule {
         large.iter().for_each(|leaf| sums.large[leaf.index()] = false);
         let same_side =
             |a: &(Cell, f64), b: &(Cell, f64)| (a.0.triangle, a.0.side) == (b.0.triangle, b.0.side);
-        for parts in parts.chunk_by(same_side) {
-            self.demands_on_side(cells, parts, &mut sums.of_nodes, &mut wanted);
+        for on_side in seen.chunk_by(same_side) {
+            self.demands_on_side(cells, on_side, &mut sums.of_nodes, &mut wanted);
         }
         wanted
     }
 
-    /// The cells of all levels that the parts of unsplit cells on one side want split.
+    /// The cells of all levels on one side that must be split, from the finest cells `seen` there
+    /// and their form factors.
     fn demands_on_side(
         &self,
         cells: &SplitCells,
-        parts: &[(Cell, f64)],
+        seen: &[(Cell, f64)],
         sums: &mut [f64],
         wanted: &mut Vec<Cell>,
     ) {
-        let Some(finest) = parts.first().map(|p| p.0.level) else { return };
+        let Some(finest) = seen.first().map(|p| p.0.level) else { return };
         // Each with a finest cell within it, to know it by.
         let mut below: Vec<(usize, Cell, f64)> =
-            parts.iter().map(|(cell, f)| (cells.node(cell), *cell, *f)).collect();
+            seen.iter().map(|(cell, f)| (cells.node(cell), *cell, *f)).collect();
         let mut above = Vec::with_capacity(below.len());
         for level in (0..finest).rev() {
             above.clear();
@@ -200,7 +201,7 @@ impl RowSums {
     }
 }
 
-/// Splits a cell, and adds its parts to the `wave` of those that need a row.
+/// Splits a cell, and adds its children to the `wave` of those that need a row.
 fn split(cells: &mut SplitCells, cell: Cell, wave: &mut Vec<Cell>) {
     if cells.may_split(&cell) && cells.split(&cell) {
         wave.extend(cell.children());

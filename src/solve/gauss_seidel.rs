@@ -109,14 +109,14 @@ fn least_squares(past: &VecDeque<(Vec<Rgb>, Vec<Rgb>)>, change: &[Rgb]) -> Vec<R
     let mut basis: Vec<Vec<Rgb>> = Vec::with_capacity(n);
     // Upper triangle: how much of each basis vector is in each difference.
     let mut upper = vec![vec![Rgb::ZERO; n]; n];
-    let mut parts = vec![Rgb::ZERO; n];
+    let mut projections = vec![Rgb::ZERO; n];
     for (k, (_, difference)) in past.iter().enumerate() {
         let mut vector = difference.clone();
         let size = dot(&vector, &vector);
         for (j, b) in basis.iter().enumerate() {
             upper[j][k] = dot(b, &vector);
-            let part = upper[j][k];
-            vector.par_iter_mut().zip(b).for_each(|(v, b)| *v -= *b * part);
+            let along = upper[j][k];
+            vector.par_iter_mut().zip(b).for_each(|(v, b)| *v -= *b * along);
         }
         let norm = dot(&vector, &vector);
         // A difference that is a combination of others to within rounding carries no direction.
@@ -130,15 +130,15 @@ fn least_squares(past: &VecDeque<(Vec<Rgb>, Vec<Rgb>)>, change: &[Rgb]) -> Vec<R
                     if new[c] > 0.0 { new[c].recip() } else { 0.0 }
                 },
             ));
-        parts[k] = dot(&vector, &rest);
-        let part = parts[k];
-        rest.par_iter_mut().zip(&vector).for_each(|(r, v)| *r -= *v * part);
+        let projection = dot(&vector, &rest);
+        rest.par_iter_mut().zip(&vector).for_each(|(r, v)| *r -= *v * projection);
+        projections[k] = projection;
         basis.push(vector);
     }
     let mut weights = vec![Rgb::ZERO; n];
     for k in (0..n).rev() {
         let known: Rgb = (k + 1..n).map(|j| upper[k][j] * weights[j]).sum();
-        let left = parts[k] - known;
+        let left = projections[k] - known;
         weights[k] = Rgb::from_array(std::array::from_fn(|c| {
             if upper[k][k][c] > 0.0 { left[c] / upper[k][k][c] } else { 0.0 }
         }));
@@ -149,11 +149,11 @@ fn least_squares(past: &VecDeque<(Vec<Rgb>, Vec<Rgb>)>, change: &[Rgb]) -> Vec<R
 /// The scalar product, channel by channel, summed in a fixed order.
 fn dot(a: &[Rgb], b: &[Rgb]) -> Rgb {
     /// Summed by one thread at a time.
-    const PART: usize = 4096;
-    let parts: Vec<Rgb> = a
-        .par_chunks(PART)
-        .zip(b.par_chunks(PART))
+    const CHUNK: usize = 4096;
+    let sums: Vec<Rgb> = a
+        .par_chunks(CHUNK)
+        .zip(b.par_chunks(CHUNK))
         .map(|(a, b)| a.iter().zip(b).map(|(a, b)| *a * *b).sum())
         .collect();
-    parts.into_iter().sum()
+    sums.into_iter().sum()
 }
