@@ -14,8 +14,9 @@ const POINTS: usize = LANES;
 /// Patches whose rays are traced at a time.
 const BLOCK: usize = 64;
 
-/// Points of a patch that something stands on move towards its origin by this share of the way, so
-/// that none lies exactly at the foot of what stands there, where lamps on either side reach it.
+/// Where something stands on a patch, its points move towards its origin by this fraction of the
+/// way, so that none lies exactly at the foot of what stands there, where lamps on either side
+/// reach it.
 const LEAN: f64 = 0.01;
 
 /// A point that lamps shine on.
@@ -105,7 +106,7 @@ fn even(k: usize) -> DVec2 {
 }
 
 /// The rays from the points of a patch to a lamp, and what each would bring if nothing were in its
-/// way, as a share of the patch's irradiance.
+/// way: its contribution to the patch's mean irradiance.
 fn shine(lamp: &Lamp, axes: &Axes, receivers: &[Receiver], bvh: &Bvh) -> (Packet, [Rgb; POINTS]) {
     let (mut packet, mut arriving) = (Packet::EMPTY, [Rgb::ZERO; POINTS]);
     for (l, r) in receivers.iter().enumerate() {

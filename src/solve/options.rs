@@ -24,7 +24,7 @@ pub struct SolveOptions {
     pub method: Method,
     /// The residual to reach. Default 1e-6.
     pub tolerance: f64,
-    /// Give up after so many iterations (sweeps; n shots count as one). Default 1,000.
+    /// Iterations after which to give up (sweeps; n shots count as one). Default 1,000.
     pub max_iterations: u32,
     /// Bytes that the dense matrix of [`Method::Direct`] may take. Default 4 GiB.
     pub memory: u64,

@@ -1,4 +1,5 @@
-//! The one knob: patches so small and rays so many that the error stated is small enough.
+//! Light to a wanted error: patches are made smaller and rays more until the error stated is small
+//! enough.
 
 use super::Uncertainty;
 use crate::direct::MOST_SHADOW;
@@ -20,7 +21,7 @@ const FIRST: (usize, u64) = (256, 4_000);
 /// Most by which rays or patches grow from turn to turn.
 const GROWTH: f64 = 16.0;
 
-/// The solver may leave this share of the error that is allowed.
+/// The solver may leave this fraction of the error that is allowed.
 const SOLVER: f64 = 0.05;
 
 /// Noise falls as this power of the number of rays, evenly spread as they are.
@@ -30,12 +31,12 @@ const NOISE_POWER: f64 = 0.7;
 /// of a shadow's border (1/4).
 const SIZE_POWER: f64 = 0.4;
 
-/// Lights a scene by sampled rows so well that the error stated ([`ErrorReport::total`]) is at most
-/// `target`, a share of 1: rays and, unless `options` say how large patches are, patches are made
-/// more until it is. If that is out of reach, because memory or the largest number of rays is, the
-/// best solution is yielded; its report says how good it is.
+/// Lights a scene by sampled rows until the error stated ([`ErrorReport::total`]) is at most
+/// `target`, a relative error (0.01 is 1 %). From turn to turn it takes more rays and, unless
+/// `options` say how large patches are, smaller patches. Where memory or the largest number of rays
+/// puts that out of reach, it yields the best solution, whose report says how good it is.
 ///
-/// Other engines than [`EngineOptions::Rays`] light the scene once as they are told to.
+/// Engines other than [`EngineOptions::Rays`] light the scene once, with the options given.
 pub fn light_within(
     scene: &Scene,
     options: &LightOptions,
@@ -94,13 +95,14 @@ fn better(options: &mut LightOptions, fixed: bool, error: ErrorReport, target: f
     let mut changed = false;
     // Each may have half; one that needs less leaves the rest to the other.
     let allowed = |other: f64| (target - other).max(0.5 * target) * 0.95;
-    // What both are at most on most of the surface may not add up to what their sum is.
+    // Noise and refinement are quantiles over the surface: both may be small enough, and their
+    // sum's quantile still too large.
     let enough =
         error.noise <= allowed(error.refinement) && error.refinement <= allowed(error.noise);
     let least = if enough { error.total / target } else { 0.0 };
     if let EngineOptions::Rays(rows) = &mut options.engine {
         let excess = (error.noise / allowed(error.refinement)).max(least);
-        // Rays are rounded up to a power of two anyway: fewer more would be the same rows again.
+        // Rays are rounded up to a power of two anyway: less would make the same rows.
         let samples = grown(rows.samples as f64, excess, NOISE_POWER) as usize;
         let samples = samples.next_power_of_two().min(MOST_SAMPLES);
         if excess > 1.0 && samples > rows.samples {
@@ -119,7 +121,8 @@ fn better(options: &mut LightOptions, fixed: bool, error: ErrorReport, target: f
     changed
 }
 
-/// So much more of something that falls as a power of it falls by the factor `excess`.
+/// How many are needed in place of `now` for an error that falls as their `power` to shrink by the
+/// factor `excess`; at most [`GROWTH`] times as many.
 fn grown(now: f64, excess: f64, power: f64) -> f64 {
     now * excess.powf(1.0 / power).clamp(1.0, GROWTH)
 }

@@ -1,4 +1,4 @@
-//! Closed bodies: from outside, nobody sees the backs of their surface.
+//! Closed bodies: the backs of their surface cannot be seen from outside.
 //!
 //! A body is a connected surface each of whose edges joins two triangles that run along it in
 //! opposite directions, and which does not cross itself. Seen from where its winding number is
@@ -49,7 +49,7 @@ struct Walls {
     turn: [i32; LANES],
 }
 
-/// A direction unlikely to run along anybody's edges or planes.
+/// A direction unlikely to run along any edge or plane.
 const PROBE: DVec3 = DVec3::new(0.352_673_1, 0.471_238_9, 0.808_437_6);
 
 /// Fraction of the size of a scene below which single precision cannot tell lengths apart.
@@ -94,7 +94,7 @@ impl Bodies {
         me
     }
 
-    /// No bodies among so many solid triangles.
+    /// No bodies among that many solid triangles.
     #[cfg(test)]
     pub fn none(solid: usize) -> Self {
         Self { body_of: vec![NONE; solid], ..Self::default() }
@@ -204,8 +204,8 @@ multiversion! {
     fn wind(walls: &[Walls], p: Vec3, tolerance: f32, winding: &mut Option<i32>) = wind_kernel
 }
 
-/// The winding number of a closed surface about a point: how much oftener the way along the probe
-/// passes from back to front than the other way; `None` if it nearly meets an edge or the point
+/// The winding number of a closed surface about a point: how many more times the probe passes from
+/// back to front than from front to back; `None` if it nearly meets an edge or the point
 /// nearly lies on the surface.
 #[inline(always)]
 fn wind_kernel(walls: &[Walls], p: Vec3, tolerance: f32, winding: &mut Option<i32>) {

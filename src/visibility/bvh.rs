@@ -17,11 +17,11 @@
 //!
 //! - A back is taken to be farther by δ / cos θ and a front nearer by as much, when it is asked
 //!   which hit comes first. At the silhouette of a closed body a front and a back meet in an edge;
-//!   so the front wins, and no one sees backs that are inside a body.
+//!   so the front wins, and backs inside a body are never seen.
 //! - A ray that starts within δ of a triangle's plane does not meet its back. It meets its front,
 //!   as in the corner of a room, unless that lies in the plane of the ray's own triangle.
-//! - Who asks what blocks a segment does not mean what its far end touches: a triangle whose plane
-//!   is within δ of that end does not block it.
+//! - A segment is not blocked by what its far end touches: a triangle whose plane is within δ of
+//!   that end.
 //!
 //! Boxes are wider by twice δ on all sides, which is more than slopes and products of coordinates
 //! within the scene can err by; so no box hides a hit (as Ize 2013, "Robust BVH ray traversal", by

@@ -1,4 +1,4 @@
-//! Patches that lie under something, wholly or in part.
+//! Patches that something covers, wholly or partly.
 
 use std::collections::HashMap;
 
@@ -10,7 +10,7 @@ use crate::patches::{PatchId, Patches, SurfacePoint};
 use crate::scene::{Geometry, Side, TriangleId};
 use crate::simd::LANES;
 
-/// A patch that sends more than this share of its light to backs that do not reflect is covered.
+/// A patch that sends more than this fraction of its light to backs that do not reflect is covered.
 pub const COVERED: f64 = 0.5;
 
 /// Points tried on a patch whose centroid is covered, in barycentric coordinates: towards each

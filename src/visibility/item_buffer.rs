@@ -194,10 +194,10 @@ fn back<const F: usize>([x, y, z]: [f32; 3]) -> Vec3 {
     }
 }
 
-/// Share of their distance by which backs that do not reflect are taken to be farther. At the
+/// Fraction of their distance by which backs that do not reflect are taken to be farther. At the
 /// silhouette of a closed body a front and a back meet in an edge, equally near there, and one of
-/// them is seen so nearly edge on that its distance is uncertain by 1e-4 and more: rounding shall
-/// not show the back, which no one can see.
+/// them is seen so nearly edge on that its distance is uncertain by 1e-4 and more: rounding must
+/// not show the back, which is hidden.
 const SILHOUETTE: f32 = 1e-3;
 
 /// Edge functions of a triangle in the frame of a pinhole at the origin.

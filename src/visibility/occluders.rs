@@ -33,7 +33,7 @@ pub struct Frame {
 }
 
 /// Hemicubes are turned about their normal by this angle (radians): the edges of rooms then run
-/// aslant to the pixels, which averages out the error of counting them.
+/// at an angle to the pixels, which averages out the error of counting them.
 const SLANT: f64 = 0.47;
 
 impl Frame {

@@ -24,8 +24,8 @@ use crate::simd::{LANES, multiversion};
 /// slips through between neighbours.
 pub const ROUNDING: f64 = 1e-6;
 
-/// A triangle is made larger by at most this share for the sake of [`ROUNDING`]: slivers shall not
-/// grow in length.
+/// A triangle grows by at most this fraction of its size to allow for [`ROUNDING`], so that slivers
+/// do not become longer.
 const MOST_GROWTH: f64 = 0.01;
 
 /// Blocks that all segments are tested against before the next ones: with what is kept of them in

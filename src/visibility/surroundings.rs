@@ -1,4 +1,4 @@
-//! What is seen all around one point: the first look at a scene that nobody has described.
+//! What is seen all around a point: a first look at a scene of which nothing else is known.
 
 use glam::DVec3;
 

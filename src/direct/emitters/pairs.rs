@@ -50,7 +50,7 @@ impl Emitters<'_> {
     ) {
         let (mut drawn, mut blocked) = (0, 0);
         let more = more.next_multiple_of(PAIRS);
-        // The first pairs tell whether more are worth their while.
+        // The first pairs tell whether more are needed.
         for (round, count) in [(0, look.next_multiple_of(PAIRS)), (1, more)] {
             for (k, halves) in seen.iter_mut().enumerate() {
                 let seed = receiver.seed ^ (k as u64) << 48;

@@ -35,9 +35,11 @@ pub struct Emitters<'a> {
 
 impl<'a> Emitters<'a> {
     /// The emitting sides of `geometry`. The triangles of a cluster are analytic all or none, so
-    /// that those who know only the patch agree. To what each side emits an estimate of what it
-    /// reflects is added: any `reflected` radiosity (W/m² or lm/m²), by the index of the side, that
-    /// callers take away again where rays meet it.
+    /// that the patch alone tells whether they are.
+    ///
+    /// `reflected` estimates the radiosity (W/m² or lm/m²) that a side reflects, by the index of
+    /// the side. It is added to what the side emits; callers take it away again where rays meet
+    /// the side, so any estimate will do.
     #[must_use]
     pub fn new(
         geometry: &'a Geometry,

@@ -19,10 +19,11 @@ pub const MAX_ANGLE: f64 = 15.0 * std::f64::consts::PI / 180.0;
 /// sides of a square of the largest area: half a square measures 1.6.
 pub const MAX_DIAMETER: f64 = 2.5;
 
-/// Share of the largest area that is aimed at, so that few parts must be cut once more.
+/// Fraction of the largest area that is aimed at, so that few parts must be cut once more.
 pub(in crate::patches) const FILL: f64 = 0.9;
 
-/// A part takes at least one triangle in so many, so that the depth of cuts stays logarithmic.
+/// Either side of a cut has at least one triangle in this many, so that the depth of cuts stays
+/// logarithmic.
 const SMALLEST_PART: usize = 8;
 
 /// Another direction than the axes of the scene must be better by this factor: cuts then run along
@@ -290,7 +291,7 @@ impl Region {
         let score = |d: DVec3| {
             let extent = d.dot(spread * d);
             match fit {
-                // The share of the variance of normals that the place along `d` explains.
+                // The variance of normals that the place along `d` explains.
                 Fit::TooCurved if extent > 0.0 => (turn * d).length_squared() / extent,
                 _ => extent,
             }

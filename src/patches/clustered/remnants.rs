@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::region::{Fit, NONE, Region, Shape};
 
-/// Clusters below this share of the largest area try to join a neighbour.
+/// Clusters below this fraction of the largest area try to join a neighbour.
 const REMNANT: f64 = 0.4;
 
 /// Clusters while remnants join their neighbours: chains of parts.

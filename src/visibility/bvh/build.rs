@@ -24,7 +24,7 @@ const BINS: usize = 16;
 /// 2³² triangles are 32 levels.
 const HALVED_FROM: usize = DEEPEST - 33;
 
-/// Subtrees of at least so many triangles are built side by side.
+/// Subtrees of at least this many triangles are built in parallel.
 const PARALLEL: usize = 4096;
 
 /// A triangle's box and number.
