@@ -2,6 +2,7 @@
 //!
 //! OBJ carries no sidedness: both sides reflect, and the front alone emits.
 
+mod labels;
 mod mtl;
 mod parse;
 #[cfg(test)]
@@ -46,6 +47,19 @@ pub(super) fn read(source: &Source<'_>, builder: &mut SceneBuilder) -> Result<()
             format!("line {}", obj.first_curve),
             format!("{} points, lines, curves or patches are left out", obj.curves),
             "convert them to meshes if they should take part",
+        );
+    }
+    if let Some((line, _)) = obj.labelled.first() {
+        let names: Vec<&str> = obj.labelled.iter().map(|l| l.1.as_str()).collect();
+        builder.finding(
+            Severity::Note,
+            format!("line {line}"),
+            format!(
+                "groups that are named after their faces, which have the material of that name: \
+                 {}",
+                names.join(", ")
+            ),
+            "put each `g` before its faces",
         );
     }
     Ok(())

@@ -5,6 +5,7 @@ use std::ops::Range;
 
 use glam::{DVec2, DVec3};
 
+use super::labels::{Block, labels};
 use crate::scene::lines::{Statement, number, shortened, statements, vector};
 use crate::scene::source::{ImportError, Place, Source};
 
@@ -24,6 +25,8 @@ pub struct Obj {
     /// Points, lines, curves and patches that were left out, and the first one's line.
     pub curves: usize,
     pub first_curve: usize,
+    /// Groups whose faces stand before their `g` line, in the order of the file, and the line.
+    pub labelled: Vec<(usize, String)>,
 }
 
 /// A corner of a face: indices from 0, not yet checked.
@@ -45,8 +48,8 @@ pub struct Face {
 #[derive(Default)]
 struct State {
     obj: Obj,
-    object: String,
-    group: String,
+    /// What came between `g` and `o` lines so far, the one that is open last.
+    blocks: Vec<Block>,
     surface: Option<u32>,
     surface_of_name: HashMap<String, u32>,
     material: Option<u32>,
@@ -55,8 +58,10 @@ struct State {
 
 /// Parses an OBJ file. Indices may point forward; the caller checks them.
 pub fn parse(source: &Source<'_>) -> Result<Obj, ImportError> {
-    let mut state = State::default();
+    let mut state = State { blocks: vec![Block::default()], ..State::default() };
     statements(source.bytes, |s| state.take(source, &s))?;
+    state.end_block();
+    state.apply_labels();
     Ok(state.obj)
 }
 
@@ -67,19 +72,12 @@ impl State {
             "v" => self.obj.positions.push(vector(source, s)?),
             "vt" => self.texture_coordinate(source, s)?,
             "f" | "fo" => self.face(source, s)?,
-            "o" => {
-                self.object = s.rest.into();
-                self.group.clear();
-                self.surface = None;
-            }
+            "o" => self.open_block(s.line, s.rest.into(), String::new()),
             "g" => {
-                self.group = s.rest.into();
-                self.surface = None;
+                let object = self.blocks.last().map_or(String::new(), |b| b.object.clone());
+                self.open_block(s.line, object, s.rest.into());
             }
-            "usemtl" => {
-                self.material =
-                    Some(name_index(&mut self.material_of_name, &mut self.obj.materials, s.rest));
-            }
+            "usemtl" => self.use_material(s.rest),
             "mtllib" => self.obj.libraries.push((s.line, s.rest.into())),
             "p" | "l" | "curv" | "curv2" | "surf" => self.left_out(s.line),
             _ => {}
@@ -135,17 +133,87 @@ impl State {
         Ok(())
     }
 
+    fn use_material(&mut self, name: &str) {
+        let known = self.material_of_name.get(name).copied();
+        let index = known.unwrap_or_else(|| {
+            let index = self.obj.materials.len() as u32;
+            self.obj.materials.push(name.into());
+            self.material_of_name.insert(name.into(), index);
+            index
+        });
+        if self.material != Some(index) {
+            self.material = Some(index);
+            if let Some(block) = self.blocks.last_mut() {
+                block.last_run = self.obj.faces.len();
+            }
+        }
+    }
+
+    fn open_block(&mut self, line: usize, object: String, group: String) {
+        self.end_block();
+        let start = self.obj.faces.len();
+        let faces = start..start;
+        self.blocks.push(Block { line, object, group, faces, last_run: start, ..Block::default() });
+        self.surface = None;
+    }
+
+    fn end_block(&mut self) {
+        let material = self.material.map(|m| self.obj.materials[m as usize].clone());
+        if let Some(block) = self.blocks.last_mut() {
+            block.faces.end = self.obj.faces.len();
+            block.material = material.unwrap_or_default();
+        }
+    }
+
+    /// The surface of the block that is open.
     fn open_surface(&mut self) -> u32 {
-        let name = match (self.object.as_str(), self.group.as_str()) {
+        let surface = self.surface_of(self.blocks.len() - 1);
+        self.surface = Some(surface);
+        surface
+    }
+
+    fn surface_of(&mut self, block: usize) -> u32 {
+        let Block { object, group, .. } = &self.blocks[block];
+        let name = match (object.as_str(), group.as_str()) {
             ("", "") => "default".to_owned(),
             (object, "") => object.to_owned(),
             ("", group) => group.to_owned(),
             (object, group) if object == group => group.to_owned(),
             (object, group) => format!("{object}/{group}"),
         };
-        let surface = name_index(&mut self.surface_of_name, &mut self.obj.surfaces, &name);
-        self.surface = Some(surface);
-        surface
+        if let Some(&known) = self.surface_of_name.get(&name) {
+            return known;
+        }
+        let index = self.obj.surfaces.len() as u32;
+        self.obj.surfaces.push(name.clone());
+        self.surface_of_name.insert(name, index);
+        index
+    }
+
+    /// Gives faces to the groups that are named after them.
+    fn apply_labels(&mut self) {
+        let found = labels(&self.blocks);
+        if found.is_empty() {
+            return;
+        }
+        for label in found.into_iter().rev() {
+            let surface = self.surface_of(label.block);
+            self.obj.faces[label.faces].iter_mut().for_each(|f| f.surface = surface);
+            let Block { line, group, .. } = &self.blocks[label.block];
+            self.obj.labelled.push((*line, group.clone()));
+        }
+        self.leave_out_empty_surfaces();
+    }
+
+    fn leave_out_empty_surfaces(&mut self) {
+        let (mut kept, mut number) = (Vec::new(), HashMap::new());
+        for face in &mut self.obj.faces {
+            face.surface = *number.entry(face.surface).or_insert_with(|| {
+                kept.push(self.obj.surfaces[face.surface as usize].clone());
+                kept.len() as u32 - 1
+            });
+        }
+        self.obj.surfaces = kept;
     }
 
     /// `7`, `7/1`, `7//3` or `7/1/3`; normals are not needed.
@@ -167,14 +235,4 @@ impl State {
             uv: uv.map(|uv| index(uv, self.obj.uvs.len(), "texture coordinate")).transpose()?,
         })
     }
-}
-
-fn name_index(indices: &mut HashMap<String, u32>, names: &mut Vec<String>, name: &str) -> u32 {
-    if let Some(&index) = indices.get(name) {
-        return index;
-    }
-    let index = names.len() as u32;
-    names.push(name.into());
-    indices.insert(name.into(), index);
-    index
 }

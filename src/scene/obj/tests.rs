@@ -66,6 +66,60 @@ fn objects_and_groups_become_surfaces() {
     assert_eq!(s.geometry.surface_of, [0, 1, 2, 3, 2]);
 }
 
+/// Names of the surface that each face is of.
+fn surfaces(text: &str) -> Vec<String> {
+    let s = obj(&format!("{TRIANGLE}{text}")).unwrap();
+    let g = &s.geometry;
+    g.surface_of.iter().map(|&k| g.surfaces[k as usize].name.clone()).collect()
+}
+
+const F: &str = "f 1 2 3\n";
+
+#[test]
+fn faces_are_of_the_group_before_them_whatever_their_material() {
+    let of = surfaces;
+    // The usual orders: `g` before `usemtl`, and after it.
+    let text = format!("g a\nusemtl a\n{F}g b\nusemtl b\n{F}");
+    assert_eq!(of(&text), ["a", "b"]);
+    assert_eq!(of(&format!("usemtl a\ng a\n{F}usemtl b\ng b\n{F}")), ["a", "b"]);
+    // Materials make no parts of their own, even if a group has their name.
+    assert_eq!(of(&format!("g a\nusemtl a\n{F}usemtl b\n{F}")), ["a", "a"]);
+    assert_eq!(of(&format!("g a\nusemtl b\n{F}g b\nusemtl b\n{F}")), ["a", "b"]);
+    assert_eq!(of(&format!("g a\nusemtl a\n{F}usemtl b\n{F}g b\n{F}")), ["a", "a", "b"]);
+    // A group stays empty if taking faces would leave another one empty.
+    assert_eq!(of(&format!("g table\nusemtl wood\n{F}g wood\n")), ["table"]);
+    let text = format!("g x\nusemtl x\n{F}g table\nusemtl wood\n{F}g wood\nusemtl wood\n");
+    assert_eq!(of(&text), ["x", "table"]);
+    // Another object's faces are not taken, nor those of another material, nor by a group that has
+    // faces elsewhere.
+    let text = format!("o p\ng a\nusemtl a\n{F}usemtl b\n{F}o q\ng b\n");
+    assert_eq!(of(&text), ["p/a", "p/a"]);
+    assert_eq!(of(&format!("g a\nusemtl a\n{F}usemtl c\n{F}g b\n")), ["a", "a"]);
+    let text = format!("g b\n{F}g a\nusemtl a\n{F}usemtl b\n{F}g b\n");
+    assert_eq!(of(&text), ["b", "a", "a"]);
+}
+
+#[test]
+fn groups_named_after_their_faces_get_them() {
+    // As in CornellBox-Original.obj.
+    let text = format!(
+        "g wall\nusemtl wall\n{F}usemtl short\n{F}{F}g short\nusemtl short\nusemtl tall\n{F}{F}\
+         g tall\nusemtl tall\ng light\nusemtl light\n{F}"
+    );
+    assert_eq!(surfaces(&text), ["wall", "short", "short", "tall", "tall", "light"]);
+    let s = obj(&format!("{TRIANGLE}{text}")).unwrap();
+    let said = s.findings.iter().find(|f| f.message.contains("named after")).unwrap();
+    assert_eq!(said.place, "line 10");
+    assert!(said.message.ends_with("short, tall"), "{}", said.message);
+    // Without any group before.
+    let text = format!("usemtl a\n{F}g a\nusemtl b\n{F}{F}g b\n");
+    assert_eq!(surfaces(&text), ["a", "b", "b"]);
+    let s = obj(&format!("{TRIANGLE}{text}")).unwrap();
+    assert_eq!(s.geometry.surfaces.len(), 2);
+    let text = format!("o room\nusemtl a\n{F}g a\nusemtl b\n{F}g b\n");
+    assert_eq!(surfaces(&text), ["room/a", "room/b"]);
+}
+
 #[test]
 fn materials_reflect_emit_and_let_through() {
     let mtl = b"newmtl red\nKd .6 .1 .2 # comment\nKe 2 4 8\nnewmtl glass\nKd 1\nd 0.2\n\
