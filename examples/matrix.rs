@@ -8,6 +8,7 @@
 use std::error::Error;
 
 use hemicube::matrix::{Lumped, Rows};
+use hemicube::scene::GroupBy;
 use hemicube::{MatrixOptions, Scene, Silent};
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -22,7 +23,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let matrix = scene.form_factors(&options, &Silent)?;
     matrix.save(path, &scene.geometry, &Silent)?;
 
-    let surfaces = Lumped::new(&matrix, &scene.geometry)?;
+    let surfaces = Lumped::new(&matrix, &scene.geometry, &scene.grouping(GroupBy::Surface))?;
     let (mut columns, mut values) = (Vec::new(), Vec::new());
     for i in 0..surfaces.len() {
         surfaces.row(i, &mut columns, &mut values)?;

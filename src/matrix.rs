@@ -2,7 +2,7 @@
 //!
 //! Row i is face i of the model, whatever the light. [`make`] has a row of every patch made, one
 //! entry a pair, drops tiny ones and closes enclosures if that is wanted; [`Lumped`] adds patches
-//! up to named surfaces. `export` writes either.
+//! up to named groups of them. `export` writes either.
 
 mod assembly;
 mod entries;

@@ -9,7 +9,7 @@ use glam::DVec3;
 use hemicube::engines::rays::MOST_SAMPLES;
 use hemicube::gather::{FEWEST_RAYS, MOST_RAYS};
 
-pub use factors::{FaceSides, Factors};
+pub use factors::{FaceSides, Factors, GroupArg, with_group};
 
 /// Radiosity: pictures of scenes lit by the exchange of diffuse light.
 #[derive(Debug, Parser)]

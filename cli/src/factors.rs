@@ -1,5 +1,6 @@
 //! `hemicube factors`: the matrix of form factors of a model.
 
+mod group;
 mod room;
 
 use std::io::{ErrorKind, Write};
@@ -60,10 +61,12 @@ pub fn run(args: &Factors) -> Result<(), Failure> {
     let start = Instant::now();
     let mut origin = matrix.origin(&scene.geometry);
     matrix.report.fingerprint.clone_from(&origin.fingerprint);
-    let lumped = args.group.then(|| Lumped::new(&matrix, &scene.geometry)).transpose();
+    let grouping = args.group.map(|group| scene.grouping(group.by().0));
+    let lumped = grouping.map(|g| Lumped::new(&matrix, &scene.geometry, &g)).transpose();
     let lumped = lumped.map_err(Failure::failed)?;
+    matrix.report.grouped_by = args.group.map(|group| group.by().1);
     matrix.report.groups = lumped.as_ref().map(Rows::len);
-    origin.lumped = args.group;
+    origin.lumped = lumped.is_some();
     match &lumped {
         Some(lumped) => write(args, format, lumped, &scene, &origin, &bar)?,
         None => write(args, format, &matrix, &scene, &origin, &bar)?,
@@ -78,6 +81,9 @@ pub fn run(args: &Factors) -> Result<(), Failure> {
     }
     if !args.quiet {
         say_report(&matrix, args.verbose);
+        if let Some(text) = args.group.and_then(|group| group::of_one_group(&scene, group)) {
+            say(&format!("warning: {text}"));
+        }
     }
     // With the matrix itself on stdout there is no place for names.
     if let Some(path) = &args.output {
@@ -172,8 +178,8 @@ fn say_report(matrix: &Matrix, verbose: bool) {
             line += &format!(", {count} {kind} faces without factors");
         }
     }
-    if let Some(groups) = r.groups {
-        line += &format!(", lumped to {groups} surfaces");
+    if let (Some(groups), Some(kind)) = (r.groups, r.grouped_by) {
+        line += &format!(", lumped to {groups} {kind}s");
     }
     say(&line);
     if let Some(a) = r.account {

@@ -21,7 +21,7 @@ use clap::Parser;
 use args::{Arguments, Command};
 
 fn main() -> ExitCode {
-    let arguments = Arguments::parse();
+    let arguments = Arguments::parse_from(args::with_group(std::env::args_os()));
     let result = match arguments.command {
         Command::Render(r) => render::run(&r),
         Command::Probe(p) => probe::run(&p),

@@ -1,4 +1,4 @@
-//! Rows lumped to named surfaces.
+//! Rows lumped to named groups: surfaces, materials or objects.
 
 use std::collections::HashMap;
 use std::io;
@@ -7,16 +7,15 @@ use rayon::prelude::*;
 
 use super::entries::Matrix;
 use super::rows::{FaceAccount, Precision, Rows, SurfaceRow};
-use crate::scene::{Geometry, Side};
+use crate::scene::{Geometry, Grouping, Side};
 
-/// The matrix between named surfaces:
+/// The matrix between named groups of triangles:
 ///
 /// ```text
 /// F_IJ = Σ_(i in I) A_i Σ_(j in J) F_ij / A_I
 /// ```
 ///
-/// Surfaces of the same name are one. With two-sided triangles the backs of a surface are another
-/// one, `NAME (back)`.
+/// With two-sided triangles the backs of a group are another one, `NAME (back)`.
 #[derive(Debug, Clone)]
 pub struct Lumped {
     surfaces: Vec<SurfaceRow>,
@@ -25,15 +24,16 @@ pub struct Lumped {
 }
 
 impl Lumped {
-    /// Lumps a matrix. Fails only where its rows are not in memory.
-    pub fn new(matrix: &Matrix, geometry: &Geometry) -> io::Result<Self> {
+    /// Lumps a matrix to groups of the triangles that it is of. Fails only where its rows are not
+    /// in memory.
+    pub fn new(matrix: &Matrix, geometry: &Geometry, grouping: &Grouping) -> io::Result<Self> {
         let two = matrix.layout.faces.iter().any(|f| f.side == Side::Back);
-        let mut number: HashMap<(&str, Side), u32> = HashMap::new();
+        let mut number: HashMap<(u32, Side), u32> = HashMap::new();
         let mut members: Vec<Vec<usize>> = Vec::new();
         let group_of: Vec<u32> = (0..matrix.len())
             .map(|i| {
-                let side = matrix.layout.faces[i].side;
-                let key = (matrix.name(geometry, i), side);
+                let face = matrix.layout.faces[i];
+                let key = (grouping.of[face.triangle.index()], face.side);
                 let group = *number.entry(key).or_insert(members.len() as u32);
                 if group as usize == members.len() {
                     members.push(Vec::new());
@@ -44,6 +44,7 @@ impl Lumped {
             .collect();
         let mut names = vec![String::new(); members.len()];
         for ((name, side), group) in number {
+            let name = &grouping.names[name as usize];
             let back = if two && side == Side::Back { " (back)" } else { "" };
             names[group as usize] = format!("{name}{back}");
         }

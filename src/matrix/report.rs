@@ -49,7 +49,9 @@ pub struct MatrixReport {
     pub closure: Option<ClosureReport>,
     /// Form factors in the result before lumping.
     pub entries: u64,
-    /// Named surfaces that rows were lumped to.
+    /// What rows were lumped by: surface, material or object.
+    pub grouped_by: Option<&'static str>,
+    /// How many rows they were lumped to.
     pub groups: Option<usize>,
     /// The stages in order, with wall-clock seconds.
     pub stages: Vec<Stage>,

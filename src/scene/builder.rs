@@ -59,9 +59,15 @@ impl SceneBuilder {
         (self.scene.optics.textures.len() - 1) as u32
     }
 
-    /// Adds a named surface and returns its index.
+    /// Adds a named surface, of no object, and returns its index.
     pub fn surface(&mut self, surface: Surface) -> u32 {
+        self.surface_in(surface, "")
+    }
+
+    /// Adds a named surface of the named object and returns its index.
+    pub fn surface_in(&mut self, surface: Surface, object: &str) -> u32 {
         self.scene.geometry.surfaces.push(surface);
+        self.scene.object_of.push(object.into());
         (self.scene.geometry.surfaces.len() - 1) as u32
     }
 

@@ -19,6 +19,8 @@ pub struct Scene {
     pub name: String,
     /// Where surfaces are.
     pub geometry: Geometry,
+    /// Name of the file's object that each surface is of; empty where it has none.
+    pub object_of: Vec<String>,
     /// How they reflect and emit.
     pub optics: Optics,
     /// Sources without extent.

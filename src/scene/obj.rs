@@ -35,8 +35,9 @@ pub(super) fn read(source: &Source<'_>, builder: &mut SceneBuilder) -> Result<()
     for &position in &obj.positions {
         builder.vertex(position);
     }
-    for name in &obj.surfaces {
-        builder.surface(Surface { name: name.clone(), node: 0, primitive: 0 });
+    for surface in &obj.surfaces {
+        let named = Surface { name: surface.name.clone(), node: 0, primitive: 0 };
+        builder.surface_in(named, &surface.object);
     }
     for face in &obj.faces {
         add_face(source, &obj, face, &materials, builder)?;

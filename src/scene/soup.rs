@@ -39,12 +39,13 @@ impl<'a> Soup<'a> {
         Self { builder, material, vertices, surfaces, triangles: 0 }
     }
 
-    /// The surface of that name.
+    /// The surface of that name, which is an object of its own.
     pub fn surface(&mut self, name: &str) -> u32 {
         if let Some(&known) = self.surfaces.get(name) {
             return known;
         }
-        let surface = self.builder.surface(Surface { name: name.into(), node: 0, primitive: 0 });
+        let surface = Surface { name: name.into(), node: 0, primitive: 0 };
+        let surface = self.builder.surface_in(surface, name);
         self.surfaces.insert(name.into(), surface);
         surface
     }

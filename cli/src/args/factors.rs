@@ -1,5 +1,6 @@
 //! `hemicube factors` on the command line.
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
@@ -12,6 +13,7 @@ use super::{
 pub const EXAMPLES: &str = "Examples:
   hemicube factors oven.stl --unit mm -o F.npz --surfaces surfaces.csv
   hemicube factors room.glb --group --enclosure > factors.csv
+  hemicube factors house.obj --group material -o F.csv
   hemicube factors satellite.obj --sides two --threshold 1e-6 -o F.mtx
   hemicube factors furnace.stl --patch-size 0.01 --error .01% -o F.npz
   hemicube factors hall.ply --engine hemicube --resolution 512 -o F.npz
@@ -37,9 +39,12 @@ pub struct Factors {
     #[arg(long, value_name = "FILE")]
     pub surfaces: Option<PathBuf>,
 
-    /// Lump rows and columns to named surfaces
-    #[arg(long)]
-    pub group: bool,
+    /// Lump rows and columns to what the file names [default without a value: surface]
+    #[arg(
+        long, value_enum, value_name = "BY", num_args = 0..=1, require_equals = true,
+        default_missing_value = "surface"
+    )]
+    pub group: Option<GroupArg>,
 
     /// Which sides have rows
     #[arg(long, value_enum, default_value_t = FaceSides::One)]
@@ -106,6 +111,39 @@ pub struct Factors {
     /// Say how long each stage took, and name more of the rows that are doubtful
     #[arg(short, long)]
     pub verbose: bool,
+}
+
+/// What rows are lumped by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum GroupArg {
+    /// OBJ g, glTF node, STL solid
+    Surface,
+    /// The materials' names
+    Material,
+    /// OBJ o, glTF node, STL solid; else the whole model
+    Object,
+}
+
+/// Joins `--group` with a value after it, which may also be the model: `--group material` is
+/// `--group=material`, and `--group room.obj` lumps the surfaces of room.obj.
+pub fn with_group(args: impl Iterator<Item = OsString>) -> Vec<OsString> {
+    let known = |word: &OsString| {
+        GroupArg::value_variants()
+            .iter()
+            .any(|v| v.to_possible_value().is_some_and(|v| word.to_str() == Some(v.get_name())))
+    };
+    let mut args = args.peekable();
+    let mut joined = Vec::new();
+    while let Some(mut arg) = args.next() {
+        if arg == "--group"
+            && let Some(value) = args.next_if(known)
+        {
+            arg.push("=");
+            arg.push(value);
+        }
+        joined.push(arg);
+    }
+    joined
 }
 
 /// Which sides of triangles have rows.

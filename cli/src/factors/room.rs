@@ -17,7 +17,7 @@ pub fn store(
     format: MatrixFormat,
     forecast: &Forecast,
 ) -> Result<Option<Box<dyn RowStore>>, String> {
-    let file = if args.group { 0 } else { file_bytes(args, format, forecast) };
+    let file = if args.group.is_some() { 0 } else { file_bytes(args, format, forecast) };
     let Some(path) = &args.output else {
         return match file > MOST_ON_STDOUT {
             true => Err(format!(

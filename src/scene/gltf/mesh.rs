@@ -23,12 +23,24 @@ pub struct Placed {
     pub curves: usize,
     /// Mesh and primitive of those whose doubts are already named: instances share them.
     pub named: HashSet<(usize, usize)>,
+    /// Names of objects: nodes with a mesh.
+    pub objects: HashSet<String>,
+}
+
+impl Placed {
+    /// What a node is called as an object: by its own name, with its number if another node has
+    /// that name.
+    pub fn object(&mut self, node: usize, name: &str) -> String {
+        let plain = self.objects.insert(name.to_owned());
+        if plain { name.to_owned() } else { format!("{name} (node {node})") }
+    }
 }
 
 /// A mesh of a node: where messages say it is, and how it gets into the world.
 pub struct Instance<'a> {
     pub node: usize,
     pub name: &'a str,
+    pub object: &'a str,
     pub mesh: usize,
     pub world_from_mesh: DMat4,
 }
@@ -123,11 +135,12 @@ fn add_primitive(
             base = index;
         }
     }
-    let surface = builder.surface(Surface {
+    let surface = Surface {
         name: instance.name.into(),
         node: instance.node as u32,
         primitive: number as u32,
-    });
+    };
+    let surface = builder.surface_in(surface, instance.object);
     let uv = |i: u32| {
         uvs.as_ref().map_or(DVec2::ZERO, |uvs| {
             let i = 2 * i as usize;

@@ -40,8 +40,14 @@ pub fn add_scene(document: &Document<'_>, builder: &mut SceneBuilder) -> Result<
         if let Some(mesh) = node.mesh.map(|m| m.value()) {
             let mesh_name = document.root.meshes.get(mesh).and_then(|m| m.name.clone());
             let name = node.name.clone().or(mesh_name).unwrap_or_else(|| format!("node {index}"));
-            let instance =
-                Instance { node: index, name: &name, mesh, world_from_mesh: world_from_node };
+            let object = placed.object(index, &name);
+            let instance = Instance {
+                node: index,
+                name: &name,
+                object: &object,
+                mesh,
+                world_from_mesh: world_from_node,
+            };
             mesh::add(document, &instance, &mut materials, &mut placed, builder)?;
             if node.skin.is_some() {
                 builder.finding(Severity::Note, place(), "its skin is ignored: rest pose", "");

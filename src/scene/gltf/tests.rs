@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use crate::scene::import::{ImportOptions, SidesChoice, load};
 use crate::scene::source::ImportError;
-use crate::scene::{Lamp, Rgb, Scene, Side, Sides, TriangleId, TriangleState};
+use crate::scene::{GroupBy, Lamp, Rgb, Scene, Side, Sides, TriangleId, TriangleState};
 
 /// A document with one buffer, put together piece by piece.
 #[derive(Default)]
@@ -306,4 +306,15 @@ fn options_scale_turn_and_override() {
         let error = load(&path, &wrong);
         assert!(matches!(error, Err(Unit(_) | MaxReflectance(_) | Up(_))), "{wrong:?}");
     }
+}
+
+#[test]
+fn every_node_with_a_mesh_is_an_object() {
+    let mut doc = Doc::triangle();
+    doc.nodes = r#"{"children":[1,2,3]},{"mesh":0,"name":"wheel"},
+        {"mesh":0,"name":"wheel","translation":[0,0,1]},{"mesh":0,"translation":[0,0,2]}"#
+        .into();
+    let names = |by| doc.scene().grouping(by).names;
+    assert_eq!(names(GroupBy::Object), ["wheel", "wheel (node 2)", "m"]);
+    assert_eq!(names(GroupBy::Surface), ["wheel", "m"]);
 }

@@ -16,8 +16,8 @@ pub struct Obj {
     pub uvs: Vec<DVec2>,
     pub corners: Vec<Corner>,
     pub faces: Vec<Face>,
-    /// Names of objects and groups that have faces.
-    pub surfaces: Vec<String>,
+    /// Objects and groups that have faces.
+    pub surfaces: Vec<Named>,
     /// Names that `usemtl` asked for.
     pub materials: Vec<String>,
     /// The rest of each `mtllib` line, and its number.
@@ -27,6 +27,13 @@ pub struct Obj {
     pub first_curve: usize,
     /// Groups whose faces stand before their `g` line, in the order of the file, and the line.
     pub labelled: Vec<(usize, String)>,
+}
+
+/// A surface: its name, and that of the object that it is of (empty for none).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Named {
+    pub name: String,
+    pub object: String,
 }
 
 /// A corner of a face: indices from 0, not yet checked.
@@ -185,7 +192,7 @@ impl State {
             return known;
         }
         let index = self.obj.surfaces.len() as u32;
-        self.obj.surfaces.push(name.clone());
+        self.obj.surfaces.push(Named { name: name.clone(), object: object.clone() });
         self.surface_of_name.insert(name, index);
         index
     }

@@ -5,7 +5,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::scene::import::{ImportOptions, load};
 use crate::scene::texture::tests::png;
-use crate::scene::{Scene, Side, TriangleId, TriangleState};
+use crate::scene::{GroupBy, Scene, Side, TriangleId, TriangleState};
 
 /// Writes files into a new folder and loads the first of them.
 fn load_files(files: &[(&str, &[u8])]) -> Result<Scene, ImportError> {
@@ -64,6 +64,7 @@ fn objects_and_groups_become_surfaces() {
     let names: Vec<&str> = s.geometry.surfaces.iter().map(|s| s.name.as_str()).collect();
     assert_eq!(names, ["default", "chair", "chair/leg", "chair/back left"]);
     assert_eq!(s.geometry.surface_of, [0, 1, 2, 3, 2]);
+    assert_eq!(s.grouping(GroupBy::Object).names, ["default", "chair"]);
 }
 
 /// Names of the surface that each face is of.

@@ -4,7 +4,7 @@ use std::fs;
 
 use proptest::prelude::*;
 
-use crate::scene::{ImportOptions, Scene, TriangleState, load};
+use crate::scene::{GroupBy, ImportOptions, Scene, TriangleState, load};
 
 /// Two facets: a unit square.
 const SQUARE: [[[f32; 3]; 3]; 2] = [
@@ -73,6 +73,16 @@ fn solids_are_surfaces() {
     let names: Vec<&str> = scene.geometry.surfaces.iter().map(|s| s.name.as_str()).collect();
     assert_eq!(names, ["floor", "lid"]);
     assert_eq!(scene.geometry.surface_of, [0, 1]);
+}
+
+#[test]
+fn solids_are_surfaces_and_objects() {
+    let scene = read(ascii("lid", &SQUARE[..1]) + &ascii("pot", &SQUARE[1..])).unwrap();
+    for by in [GroupBy::Surface, GroupBy::Object] {
+        assert_eq!(scene.grouping(by).names, ["lid", "pot"]);
+    }
+    let scene = read(binary(b"solid lid", &SQUARE, [0.0; 3])).unwrap();
+    assert_eq!(scene.grouping(GroupBy::Object).names, ["default"]);
 }
 
 #[test]
