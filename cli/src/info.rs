@@ -19,7 +19,8 @@ pub fn run(args: &Info) -> Result<(), Failure> {
             Severity::Warning,
             "whole model",
             "most fronts see nothing while their backs see surfaces: the normals point outwards",
-            "turn them round with --flip, or use --sides two",
+            "if it is a room, turn them round with --flip, or use --sides two; bodies seen from \
+             outside are right so",
         ));
     }
     scene.findings.extend(covered(&scene));

@@ -66,7 +66,10 @@ pub fn of_matrix(error: &MatrixError, closed: bool) -> String {
         MatrixError::Sink(SinkError::Memory { .. }) => {
             "; allow more with --memory, or use fewer patches".to_owned()
         }
-        MatrixError::InsideOut => "; turn them round with --flip, or use --sides two".to_owned(),
+        MatrixError::InsideOut => {
+            "; turn them round with --flip, or leave --enclosure out for bodies seen from outside"
+                .to_owned()
+        }
         MatrixError::Open(_) => "; close the gaps or turn the faces round that they see, or \
              leave --enclosure out"
             .to_owned(),

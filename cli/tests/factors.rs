@@ -205,8 +205,13 @@ fn what_is_no_enclosure_is_refused_by_name() {
 #[test]
 fn a_room_with_outward_faces_is_named_and_flipped() {
     let bench = Bench::new().with("room.obj", named_room()).with("out.obj", turned(&named_room()));
-    let outcome = bench.run(&["factors", "out.obj", "-o", "F.npz"]);
-    outcome.refused(&["out", "most faces see nothing", "--flip", "--sides two"]);
+    let outcome = bench.run(&["factors", "out.obj", "--enclosure", "-o", "F.npz"]);
+    outcome.refused(&["out", "most faces see nothing", "--flip", "--enclosure"]);
+    let outcome = bench.run(&["factors", "out.obj", "-o", "F.npz"]).ok();
+    let note = outcome.stderr.lines().find(|line| line.starts_with("note:")).unwrap();
+    for part in ["most faces see nothing", "bodies seen from outside", "--flip", "--sides two"] {
+        assert!(note.contains(part), "{note}");
+    }
     let f = factors(&bench, "room.obj", &["--group"]);
     let flipped = factors(&bench, "out.obj", &["--group", "--flip"]);
     for (a, b) in f.iter().flatten().zip(flipped.iter().flatten()) {

@@ -20,7 +20,7 @@ pub enum MatrixError {
     /// The rows could not be kept.
     #[error(transparent)]
     Sink(#[from] SinkError),
-    /// The model is inside out.
+    /// The model is to be an enclosure, and is inside out.
     #[error("most faces see nothing while their backs see surfaces: the normals point outwards")]
     InsideOut,
     /// The matrix is not that of an enclosure.

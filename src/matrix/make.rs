@@ -47,7 +47,10 @@ pub fn make_where(
     if options.enclosure && !options.engine.knows_environment() {
         return Err(MatrixError::NoAccount);
     }
-    if !geometry.ids().any(|t| geometry.exchanges(t, Side::Back)) && looks_inside_out(geometry) {
+    let one_sided = !geometry.ids().any(|t| geometry.exchanges(t, Side::Back));
+    // Of bodies seen from outside that is as it should be; no enclosure is like it.
+    let faces_outwards = one_sided && looks_inside_out(geometry);
+    if options.enclosure && faces_outwards {
         return Err(MatrixError::InsideOut);
     }
     let mut clock = Clock::start();
@@ -89,6 +92,7 @@ pub fn make_where(
         degenerate: count(TriangleState::Degenerate),
         duplicate: count(TriangleState::Duplicate),
         transparent: count(TriangleState::Transparent),
+        faces_outwards,
         two_sided: layout.faces.iter().any(|f| f.side == Side::Back),
         patch_size: options.patch_size,
         engine: Some(engine_report),

@@ -27,6 +27,9 @@ pub struct MatrixReport {
     pub duplicate: usize,
     /// Triangles that let light through: their rows are zero.
     pub transparent: usize,
+    /// Whether most fronts see nothing while their backs see surfaces, which have no rows: bodies
+    /// seen from outside, or a room that is inside out.
+    pub faces_outwards: bool,
     /// Whether the backs of triangles have rows too.
     pub two_sided: bool,
     /// Largest area of a patch in m²; none if every triangle is a patch.
