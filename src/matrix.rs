@@ -9,6 +9,7 @@ mod entries;
 mod error;
 mod forecast;
 mod layout;
+mod losses;
 mod lumped;
 mod make;
 mod names;
@@ -25,7 +26,9 @@ pub use layout::{Face, Layout};
 pub use lumped::Lumped;
 pub use make::{Choice, make, make_where};
 pub use options::MatrixOptions;
-pub use report::{ClosureReport, LostReport, MatrixReport, NamedRow, ThresholdReport};
+pub use report::{
+    ClosureReport, LossesReport, LostReport, MatrixReport, NamedRow, RowLoss, ThresholdReport,
+};
 pub use rows::{FaceAccount, Precision, Rows, SurfaceRow};
 pub use storage::RowStore;
 pub use stored::{Origin, SameWith, Stored, StoredError, hexadecimal};

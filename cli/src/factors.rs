@@ -1,6 +1,7 @@
 //! `hemicube factors`: the matrix of form factors of a model.
 
 mod group;
+mod losses;
 mod room;
 mod say;
 

@@ -72,3 +72,44 @@ fn two_cubes_that_face_each_other_exchange_as_squares_do() {
     let open = ["factors", "two.obj", "--enclosure"];
     bench.run(&open).refused(&["two.obj", "--enclosure"]);
 }
+
+#[test]
+fn rows_that_lose_much_say_where_it_goes() {
+    // A lid close over the floor, which shows the floor its back.
+    let lid = "v .1 .1 .1\nv 1.9 .1 .1\nv 1.9 .1 1.9\nv .1 .1 1.9\ng lid\nf 12 11 10 9\n";
+    let bench = Bench::new().with("room.obj", named_room() + lid);
+    let run = ["factors", "room.obj", "--report", "r.json", "-o", "F.npz"];
+    let said = bench.run(&run).ok().stderr;
+    for part in [
+        "2 are covered by another face",
+        "(floor)",
+        "% to backs (most of lid)",
+        "another face covers its view",
+        "--sides two",
+    ] {
+        assert!(said.contains(part), "'{part}' is not in {said}");
+    }
+    let report: serde_json::Value =
+        serde_json::from_slice(&std::fs::read(bench.path("r.json")).unwrap()).unwrap();
+    let worst = &report["losses"]["worst"][0];
+    let share = |title: &str| worst[title].as_f64().unwrap();
+    assert_eq!((&worst["surface"], &worst["backs_of"]), (&"floor".into(), &"lid".into()));
+    assert!(share("back") > 0.5);
+    let sum = ["faces", "environment", "back", "lost"].map(share).iter().sum::<f64>();
+    assert!((sum - 1.0).abs() < 1e-9, "{sum}");
+    let two = bench.run(&[&run[..], &["--sides", "two"]].concat()).ok().stderr;
+    assert!(!two.contains("to backs,") && !two.contains("covered"), "{two}");
+}
+
+#[test]
+fn a_wall_turned_round_sees_hardly_any_face() {
+    let text = named_room().replace("f 2 3 7 6", "f 6 7 3 2");
+    let bench = Bench::new().with("room.obj", text);
+    let said = bench.run(&["factors", "room.obj", "-o", "F.npz"]).ok().stderr;
+    for part in ["2 see hardly any face", "(east)", "it looks out of the model", "(most of east)"] {
+        assert!(said.contains(part), "'{part}' is not in {said}");
+    }
+    // The classical engine does not know where rows go.
+    let classical = ["factors", "room.obj", "--engine", "classical", "-o", "F.npz"];
+    assert!(!bench.run(&classical).ok().stderr.contains("hardly"));
+}

@@ -5,6 +5,7 @@ use super::entries::Matrix;
 use super::error::MatrixError;
 use super::forecast::Forecast;
 use super::layout::Layout;
+use super::losses::losses;
 use super::names::Names;
 use super::options::MatrixOptions;
 use super::report::{LostReport, MatrixReport, ThresholdReport};
@@ -85,6 +86,8 @@ pub fn make_where(
     let Assembled { mut storage, sums, covered, restored, pairs, account, lost } = assembled;
     let named = Names { geometry, patches: &patches, layout: &layout };
     let back = |i: PatchId| storage.account(i).back;
+    // The sum of nothing is a negative zero.
+    let accounts = patches.ids().map(|i| (i, sums[i.index()] + 0.0, storage.account(i)));
     let count = |state: TriangleState| geometry.state.iter().filter(|&&s| s == state).count();
     let mut report = MatrixReport {
         source_triangles: geometry.len(),
@@ -98,6 +101,8 @@ pub fn make_where(
         engine: Some(engine_report),
         account: Some(account),
         lost: lost.map(|(mean, (id, worst))| LostReport { mean, worst: named.row(id, worst) }),
+        losses: losses(&named, accounts, account.entries_share, &bvh)
+            .filter(|_| options.engine.knows_environment()),
         pairs,
         covered: covered.into_iter().map(|i| named.row(i, back(i))).collect(),
         through_a_file,

@@ -40,6 +40,9 @@ pub struct MatrixReport {
     pub account: Option<RowsReport>,
     /// What rows lose numerically.
     pub lost: Option<LostReport>,
+    /// Rows that lose much, and where it goes; none without such rows, or if the engine does not
+    /// know what escapes.
+    pub losses: Option<LossesReport>,
     /// What was done to the pairs of patches, where they are evaluated one by one.
     pub pairs: Option<PairsReport>,
     /// Whether rows went through a file because they do not fit in memory.
@@ -81,6 +84,41 @@ pub struct LostReport {
     pub mean: f64,
     /// The row whose size is largest.
     pub worst: NamedRow,
+}
+
+/// Rows that lose much of what they send out.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct LossesReport {
+    /// How many.
+    pub rows: usize,
+    /// Those that lose more than 1 % to backs.
+    pub to_backs: usize,
+    /// Those that lose, or exceed 1 by, more than 1 % numerically.
+    pub numerically: usize,
+    /// Those of one-sided faces that send less than a tenth to faces, and more than half to the
+    /// environment, in a model where rows on average send more than half to faces.
+    pub see_hardly_any_face: usize,
+    /// The worst of them, 32 at most: that of each surface first.
+    pub worst: Vec<RowLoss>,
+}
+
+/// Where what a row sends out goes, as fractions that add up to 1.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct RowLoss {
+    /// The row.
+    pub row: usize,
+    /// Name of its surface.
+    pub surface: String,
+    /// To faces: the sum of its entries as they were made.
+    pub faces: f64,
+    /// To the environment.
+    pub environment: f64,
+    /// To backs without a row.
+    pub back: f64,
+    /// Lost numerically; negative where the others exceed 1.
+    pub lost: f64,
+    /// The surface that most of these backs are of, as far as some rays tell.
+    pub backs_of: Option<String>,
 }
 
 /// What the threshold did.

@@ -2,6 +2,7 @@
 
 use hemicube::matrix::{MatrixReport, NamedRow};
 
+use super::losses;
 use crate::terminal::say;
 
 /// Says what the matrix is like.
@@ -56,7 +57,9 @@ pub fn report(r: &MatrixReport, verbose: bool) {
     if r.through_a_file {
         say("memory: rows went through a temporary file, as all do not fit (--memory)");
     }
-    name_rows("covered (most of their view is the back of something)", &r.covered, verbose);
+    if let Some(found) = &r.losses {
+        losses::lines(found, r.covered.len(), verbose).iter().for_each(|line| say(line));
+    }
     if let Some(t) = r.threshold {
         say(&format!("threshold: {} form factors below {} dropped", t.dropped, t.below));
     }
@@ -71,6 +74,7 @@ pub fn report(r: &MatrixReport, verbose: bool) {
             c.largest_scale,
             100.0 * c.asymmetry
         ));
+        name_rows("covered (most of their view is the back of something)", &r.covered, verbose);
         name_rows("scaled by less than .9 or more than 1.1", &c.outside, verbose);
     }
     if verbose {
