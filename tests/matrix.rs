@@ -1,14 +1,22 @@
 //! A closed matrix, written and read back, is what solvers take: energy is conserved to their
-//! residual.
+//! residual. An open one is reciprocal and accounted for as it is.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
+#[path = "common/scenes.rs"]
+#[allow(dead_code, reason = "each test file uses a part of it")]
+mod scenes;
+
+use std::collections::HashMap;
+
+use glam::DVec3;
 use hemicube::engines::EngineOptions;
 use hemicube::engines::RaysOptions;
 use hemicube::export::{read_npz, write_npz};
 use hemicube::matrix::{MatrixOptions, Rows, make};
 use hemicube::progress::Silent;
-use hemicube::scene::{Rgb, builtin};
+use hemicube::scene::builtin::Mesh;
+use hemicube::scene::{Rgb, Scene, Sides, builtin};
 use hemicube::solve::{Method, SolveOptions, System, solve};
 
 const REFLECTANCE: f64 = 0.7;
@@ -53,5 +61,47 @@ fn conserves_energy(engine: EngineOptions) {
         let (irradiance, _) = solve(&system, &options, &Silent).unwrap();
         let share = total(&irradiance) / expected;
         assert!((share - Rgb::ONE).abs().max_element() < 1e-6, "{engine:?} {method:?}: {share}");
+    }
+}
+
+/// Several bodies that stand free, without anything around them: a floor, a crate and a ball above
+/// it, and a screen that shows some of them its back.
+fn open_scene() -> Scene {
+    let rectangle = scenes::rectangle;
+    let floor = rectangle([[-2.0, 0.0, -2.0], [0.0, 0.0, 4.0], [4.0, 0.0, 0.0]].map(DVec3::from));
+    let crate_ = Mesh::cuboid(DVec3::splat(0.8), [1, 1, 1]).resting_on(0.2);
+    let ball = Mesh::geodesic(0.4, 2).at(1.0, 1.0, 0.0);
+    let screen = rectangle([[-1.0, 0.3, -1.0], [2.0, 0.0, 0.3], [0.0, 1.0, 0.1]].map(DVec3::from));
+    let grey = |mesh| (mesh, scenes::grey(0.5, 0.0));
+    scenes::scene_of([&floor, &crate_, &ball, &screen].map(grey), Sides::One)
+}
+
+#[test]
+fn open_systems_are_reciprocal_and_every_row_is_accounted_for() {
+    let scene = open_scene();
+    for patch_size in [None, Some(0.1)] {
+        let options = MatrixOptions { patch_size, ..MatrixOptions::default() };
+        let matrix = make(&scene.geometry, &options, &Silent).unwrap();
+        let mut exchange = HashMap::new();
+        let (mut columns, mut values) = (Vec::new(), Vec::new());
+        for i in 0..matrix.len() {
+            matrix.row(i, &mut columns, &mut values).unwrap();
+            let [environment, back] = matrix.rest(i);
+            let sum = values.iter().sum::<f64>() + environment + back;
+            assert!((sum - 1.0).abs() <= 1e-9, "row {i}: {sum}");
+            let lost = matrix.account(i).lost;
+            assert!(lost.abs() <= 1e-15, "row {i} loses {lost}");
+            for (&j, f) in columns.iter().zip(&values) {
+                exchange.insert((i as u32, j), matrix.area(i) * f);
+            }
+        }
+        let account = matrix.report.account.unwrap();
+        assert!(account.environment > 0.5 && account.back > 0.01, "{account:?}");
+        for (&(i, j), there) in &exchange {
+            let back = exchange[&(j, i)];
+            // Two numbers of single precision, both rounded.
+            let rounding = 2.0 * f64::from(f32::EPSILON) * there;
+            assert!((there - back).abs() <= rounding, "{i} {j}: {there} {back}");
+        }
     }
 }

@@ -18,11 +18,9 @@ fn room() -> String {
 fn rows_are_lumped_by_what_is_asked_for() {
     let bench = Bench::new().with("room.obj", room()).with("room.mtl", ROOM_MATERIALS);
     let mut all = Vec::new();
+    let walls = ["shell/floor", "shell/north", "shell/east", "shell/south", "shell/west"];
     for (group, names) in [
-        (
-            &["--group"][..],
-            &["shell/floor", "shell/north", "shell/east", "shell/south", "shell/west", "lid/top"][..],
-        ),
+        (&["--group"][..], &[&walls[..], &["lid/top"]].concat()[..]),
         (&["--group=surface"], &[]),
         (&["--group", "surface"], &[]),
         (&["--group", "material"], &["plaster", "ceiling"]),
