@@ -1,5 +1,6 @@
 //! `hemicube factors`: the matrix of form factors of a model.
 
+mod accuracy;
 mod group;
 mod losses;
 mod room;
@@ -38,6 +39,9 @@ pub fn run(args: &Factors) -> Result<(), Failure> {
             "--error is not used by factors with --engine rays; leave it out, or use --engine \
              exact",
         ));
+    }
+    if args.strict && light.engine() != EngineArg::Exact {
+        return Err(Failure::input("--strict needs an error that is stated; use --engine exact"));
     }
     let engine = engine_of(&light)?;
     let sides = match args.sides {
@@ -91,7 +95,7 @@ pub fn run(args: &Factors) -> Result<(), Failure> {
             print(&path.display().to_string());
         }
     }
-    Ok(())
+    accuracy::verdict(args, &matrix.report)
 }
 
 /// The format of the matrix (a table on stdout); refuses what cannot be written before any work is

@@ -228,6 +228,13 @@ fn wrong_usage_is_refused_before_any_work() {
         (&["--engine", "hemicube", "--error", ".1"], &["--error", "hemicube", "--engine exact"]),
         (&["--samples", "64", "--error", ".1"], &["--error", "rays"]),
         (&["--engine", "exact", "--samples", "64"], &["--samples", "--engine rays"]),
+        (
+            &["--engine", "rays", "--strict"],
+            &["--strict", "error that is stated", "--engine exact"],
+        ),
+        (&["--samples", "64", "--strict"], &["--strict", "--engine exact"]),
+        (&["--resolution", "64", "--strict"], &["--strict", "--engine exact"]),
+        (&["--engine", "classical", "--strict"], &["--strict", "--engine exact"]),
         (&["--error", "0"], &["--error", "per cent", ".1%"]),
         (&["--error", "-1"], &["--error", "per cent"]),
         (&["--error", "many"], &["--error", "per cent"]),

@@ -72,6 +72,11 @@ pub struct Factors {
     #[arg(long, value_name = "PERCENT", value_parser = percent, allow_negative_numbers = true)]
     pub error: Option<f64>,
 
+    /// Exit with code 1 if the error that the result states exceeds --error; it is written all the
+    /// same
+    #[arg(long)]
+    pub strict: bool,
+
     /// Where hemicubes are made [default: cpu]
     #[arg(long, value_enum, hide_short_help = true)]
     pub device: Option<DeviceArg>,
