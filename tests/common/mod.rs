@@ -2,6 +2,9 @@
 
 #![allow(dead_code, reason = "each test file uses a part of it")]
 
+pub mod contour;
 pub mod engines;
+pub mod meshes;
 pub mod paths;
+pub mod random;
 pub mod scenes;
