@@ -2,9 +2,11 @@
 
 #![allow(dead_code, reason = "each test file uses a part of it")]
 
+pub mod compare;
 pub mod contour;
 pub mod engines;
 pub mod meshes;
 pub mod paths;
 pub mod random;
+pub mod reference;
 pub mod scenes;
