@@ -93,21 +93,32 @@ fn along_both([a, b]: [DVec3; 2], f: [DVec3; 2]) -> f64 {
 
 /// ∫ of the closed form along a piece of an edge.
 fn piece(a: DVec3, b: DVec3, f: [DVec3; 2]) -> f64 {
+    let at = |(near, end): (f64, bool)| if end { b + (a - b) * near } else { a + (b - a) * near };
+    let values = points().map(|(near, end, weight)| weight * logarithm(at((near, end)), f));
+    values.sum::<f64>() * (b - a).length()
+}
+
+/// Points of an interval, each as a fraction of it, counted from its end if so marked, and a weight;
+/// the weights sum to 1.
+pub fn points() -> impl Iterator<Item = (f64, bool, f64)> {
     /// Points lie evenly in the variable s of x = tanh(π/2 sinh s), |s| <= 3.2; beyond it weights
     /// are below 10⁻¹⁵.
     const HALF: i32 = 24;
     const STEP: f64 = 3.2 / HALF as f64;
-    let mut sum = 0.0;
-    for k in -HALF..=HALF {
+    (-HALF..=HALF).map(|k| {
         let s = STEP * f64::from(k);
         let inner = FRAC_PI_2 * s.sinh();
-        let weight = FRAC_PI_2 * s.cosh() / inner.cosh().powi(2) * STEP;
-        // Fraction from the nearer end, so that no digits are lost beside it.
+        let weight = 0.5 * FRAC_PI_2 * s.cosh() / inner.cosh().powi(2) * STEP;
+        // From the nearer end, so that no digits are lost beside it.
         let near = 0.5 * (-inner.abs()).exp() / inner.cosh();
-        let x = if k < 0 { a + (b - a) * near } else { b + (a - b) * near };
-        sum += weight * logarithm(x, f);
-    }
-    0.5 * sum * (b - a).length()
+        (near, k >= 0, weight)
+    })
+}
+
+/// ∫ f dx from `a` to `b`, where f may be singular at the ends.
+pub fn integral(a: f64, b: f64, f: impl Fn(f64) -> f64) -> f64 {
+    let at = |near: f64, end: bool| if end { b + (a - b) * near } else { a + (b - a) * near };
+    points().map(|(near, end, weight)| weight * f(at(near, end))).sum::<f64>() * (b - a)
 }
 
 /// ∫ ln r along an edge, as seen from a point.

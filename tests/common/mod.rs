@@ -1,12 +1,13 @@
 //! What several tests use.
 
-#![allow(dead_code, reason = "each test file uses a part of it")]
+#![allow(dead_code, unused_imports, reason = "each test file uses a part of it")]
 
 pub mod compare;
 pub mod contour;
 pub mod engines;
 pub mod meshes;
 pub mod paths;
+pub mod published;
 pub mod random;
 pub mod reference;
 pub mod scenes;
