@@ -51,6 +51,9 @@ meshes! {
     fins_turned: as_file(in_box(meshes::fins(300)), 10);
     honeycomb: as_file(in_box(meshes::honeycomb(400)), 11);
     ball_in_a_chest_in_a_room: as_file(meshes::nested(300), 12);
+    box_on_a_box: meshes::stacked(34);
+    box_on_a_box_turned: as_file(meshes::stacked(34), 15);
+    box_on_a_box_of_small_faces: meshes::stacked(300);
     gaps: meshes::gaps(400);
     gaps_turned: as_file(meshes::gaps(400), 13);
     large_faces_30: meshes::large_faces(30, 1);

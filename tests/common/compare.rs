@@ -20,8 +20,11 @@ use super::reference::{Pair, Tracer, pair, row};
 /// Independent turns of each pair: a standard error from fewer has no normal distribution.
 const TURNS: u32 = 32;
 
-/// Rays of a whole row for each of the points of a pair.
-const ROW: u32 = 128;
+/// Rays of all rows together for each of the points of a pair.
+const ROW_RAYS: u32 = 1 << 11;
+
+/// At most so many rows: a mesh of few large faces has all of its rows checked.
+const MOST_ROWS: usize = 160;
 
 /// An engine that states less than a tenth of the error asked for is held to that.
 const LEAST_STATED: f64 = 1e-4;
@@ -29,24 +32,26 @@ const LEAST_STATED: f64 = 1e-4;
 /// The fraction of pairs that must lie within twice both errors.
 const WITHIN: f64 = 0.93;
 
+/// No factor is off by more than so many times both errors, that of the engine as a fraction of the
+/// factor if this is more than the root mean square of all.
+const GROSS: f64 = 6.0;
+
 /// What may be measured as a multiple of what is stated: a root mean square over some hundred
 /// pairs, most of it from few of them, is itself not known better.
 const MOST_OF_STATED: f64 = 1.5;
 
-/// What is asked of each mesh: pairs, pairs of points in each of the turns, rows.
+/// What is asked of each mesh: pairs, and pairs of points in each of the turns.
 struct Effort {
     pairs: usize,
     points: u32,
-    rows: usize,
 }
 
 fn effort() -> Effort {
     let Ok(asked) = std::env::var("HEMICUBE_BRUTE_FORCE") else {
-        return Effort { pairs: 90, points: 256, rows: 6 };
+        return Effort { pairs: 90, points: 256 };
     };
     let (pairs, points) = asked.split_once(',').unwrap();
-    let pairs = pairs.parse().unwrap();
-    Effort { pairs, points: points.parse().unwrap(), rows: pairs / 15 }
+    Effort { pairs: pairs.parse().unwrap(), points: points.parse().unwrap() }
 }
 
 /// The matrix of a mesh, every entry.
@@ -124,6 +129,7 @@ fn draw(tracer: &Tracer, count: usize, random: &mut Random) -> BTreeSet<[usize; 
 struct Sums {
     count: usize,
     within: usize,
+    gross: usize,
     off: f64,
     noise: f64,
     noise_squares: f64,
@@ -133,14 +139,17 @@ struct Sums {
 }
 
 impl Sums {
-    /// Counts in a factor that is `found` where the reference has `known`, with a standard error
-    /// `s`; `allowed` is what the engine may err by.
-    fn add(&mut self, [i, j]: [usize; 2], found: f64, [known, s]: [f64; 2], allowed: f64) {
+    /// Counts in a factor that is `known` by the reference with a standard error of at most `s`;
+    /// `variance` is the expectation of what the noise adds to the square of the deviation.
+    fn add(&mut self, made: &Made, [i, j]: [usize; 2], [known, s, variance]: [f64; 3]) {
+        let found = made.factors[i][j];
         let d = found - known;
         self.count += 1;
-        self.within += usize::from(d.abs() <= 2.0 * s + allowed);
+        self.within += usize::from(d.abs() <= 2.0 * (s + made.stated * made.rms));
+        let size = made.rms.max(found).max(known);
+        self.gross += usize::from(d.abs() > GROSS * (s + made.stated * size));
         self.off += d * d;
-        self.noise += s * s;
+        self.noise += variance;
         self.noise_squares += s.powi(4);
         self.squares += known * known;
         if d.abs() - 2.0 * s > self.worst.0 {
@@ -173,33 +182,37 @@ fn shines(p: &Pair, made: &Made, found: f64, area: f64) -> bool {
     rays >= CERTAIN && arrived == 0 && found > 2.0 * made.stated * made.rms + unseen
 }
 
-/// Whole rows by diffuse rays; and of how many rows the sum is as it should be.
+/// Whole rows by diffuse rays; of how many rows the sum is as it should be, and how many there are.
 fn compare_rows(
     tracer: &Tracer,
     made: &Made,
     effort: &Effort,
     random: &mut Random,
-) -> (Sums, usize) {
+) -> (Sums, [usize; 2]) {
     let mut sums = Sums::default();
+    let rows: Vec<usize> = match tracer.len() {
+        n if n <= MOST_ROWS => (0..n).collect(),
+        n => (0..MOST_ROWS).map(|_| random.below(n)).collect(),
+    };
     let mut fine = 0;
-    let rays = ROW * effort.points;
+    let rays = ROW_RAYS * effort.points / rows.len() as u32;
     let fraction = |count: u32| f64::from(count) / f64::from(rays);
     let error = |f: f64| (f * (1.0 - f).max(0.0) / f64::from(rays)).sqrt();
-    for _ in 0..effort.rows {
-        let i = random.below(tracer.len());
+    for &i in &rows {
         let seen = row(tracer, i, rays, random);
         // Rounding decides which side of what covers a triangle is seen.
         let others = (0..tracer.len()).filter(|&j| !tracer.touch(i, j));
         let (mut arrive, mut sum) = (0.0, 0.0);
         for j in others {
             let (f, found) = (fraction(seen.fronts[j]), made.factors[i][j]);
-            // The noise to expect is that of the true factor.
-            sums.add([i, j], found, [f, error(found.clamp(0.0, 1.0))], 0.0);
+            // Where few rays arrive they know little of their own noise.
+            let s = error(found.max(f).min(1.0));
+            sums.add(made, [i, j], [f, s, error(f).powi(2)]);
             (arrive, sum) = (arrive + f, sum + found);
         }
         fine += usize::from((sum - arrive).abs() <= 3.0 * error(arrive) + 2.0 * made.stated);
     }
-    (sums, fine)
+    (sums, [fine, rows.len()])
 }
 
 /// Compares the matrix of a mesh with brute force, prints a line, and fails with all that is wrong.
@@ -214,17 +227,18 @@ pub fn check(name: &str, mesh: &Mesh) {
     for [i, j] in draw(&tracer, effort.pairs, &mut random) {
         let p = pair(&tracer, [i, j], [TURNS, effort.points], &mut random);
         let (area, found) = (tracer.area(i), made.factors[i][j]);
-        let known = [p.exchange, p.error].map(|x| x / area);
-        pairs.add([i, j], found, known, 2.0 * made.stated * made.rms);
+        let [known, s] = [p.exchange, p.error].map(|x| x / area);
+        pairs.add(&made, [i, j], [known, s, s * s]);
         dark += usize::from(shines(&p, &made, found, area));
     }
-    let (rows, fine) = compare_rows(&tracer, &made, &effort, &mut random);
+    let (rows, [fine, of]) = compare_rows(&tracer, &made, &effort, &mut random);
     let largest = made.factors.iter().map(|r| r.iter().sum::<f64>()).fold(0.0, f64::max);
     let ([rms, open], [rms_rows, open_rows]) = (pairs.deviation(), rows.deviation());
+    let gross = pairs.gross + rows.gross;
     let percent = |x: f64| format!("{:.3}", 100.0 * x);
     println!(
-        "| {name} | {} | {:.1} + {:.1} | {} of {} | {} ± {} | {} | {} ± {} | {fine} of {} | \
-         {largest:.5} | {dark} | {} | {} |",
+        "| {name} | {} | {:.1} + {:.1} | {} of {} | {} ± {} | {} | {} ± {} | {fine} of {of} | \
+         {gross} | {largest:.5} | {dark} | {} | {} |",
         mesh.triangles.len(),
         made.seconds,
         start.elapsed().as_secs_f64(),
@@ -235,12 +249,11 @@ pub fn check(name: &str, mesh: &Mesh) {
         percent(made.stated),
         percent(rms_rows),
         percent(open_rows),
-        effort.rows,
         pairs.worst.1,
         rows.worst.1,
     );
     let most = (MOST_OF_STATED * made.stated).powi(2);
-    let rows_within = fine as f64 / effort.rows.max(1) as f64;
+    let rows_within = fine as f64 / of.max(1) as f64;
     let mut wrong = Vec::new();
     let mut must = |fine: bool, what: String| wrong.extend((!fine).then_some(what));
     must(pairs.share() >= WITHIN, format!("{:.3} of pairs within both errors", pairs.share()));
@@ -249,8 +262,9 @@ pub fn check(name: &str, mesh: &Mesh) {
         rms_rows.powi(2) <= most + open_rows.powi(2),
         format!("RMS of rows {rms_rows:.1e} ± {open_rows:.0e}"),
     );
-    must(rows_within >= WITHIN, format!("{fine} of {} sums of rows", effort.rows));
+    must(rows_within >= WITHIN, format!("{fine} of {of} sums of rows"));
     must(largest <= 1.0 + made.stated, format!("a row sums to {largest:.5}"));
+    must(gross == 0, format!("{gross} factors are grossly wrong"));
     must(dark == 0, format!("{dark} pairs exchange what no ray does"));
     let worst = [&pairs.worst.1, &rows.worst.1];
     assert!(wrong.is_empty(), "{name}, stated {:.1e}: {wrong:#?}, worst {worst:#?}", made.stated);

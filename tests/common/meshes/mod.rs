@@ -9,7 +9,7 @@ mod rooms;
 
 pub use blended::head;
 pub use bodies::{fins, honeycomb, inside_sphere, thread, torus};
-pub use rooms::{gaps, large_faces, nested, room_with_boxes, sealed, spheres_in_room};
+pub use rooms::{gaps, large_faces, nested, room_with_boxes, sealed, spheres_in_room, stacked};
 
 use glam::{DAffine3, DMat3, DVec3};
 use hemicube::scene::builtin::Mesh;

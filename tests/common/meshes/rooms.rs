@@ -83,6 +83,19 @@ pub fn sealed(n: usize) -> (Mesh, usize) {
     (Mesh::joined([outside, place(inner), place(ball)]), count)
 }
 
+/// A room with a box that stands on another, each with corners beyond the other's; of about `n`
+/// triangles, at least 34.
+pub fn stacked(n: usize) -> Mesh {
+    let square = square_for(64.0, n);
+    let lower = boxed(dvec3(0.8, 0.7, 0.8), square).resting_on(0.0);
+    let upper = boxed(dvec3(0.75, 0.5, 0.83), square).resting_on(0.7);
+    Mesh::joined([
+        walls(square),
+        lower.open_towards(DVec3::NEG_Y).turned(5.0).at(-1.05, 0.0, -0.16),
+        upper.turned(12.0).at(-0.95, 0.0, -0.21),
+    ])
+}
+
 /// A room with plates, a box and a ball a tenth of a millimetre apart, and the box as far from a
 /// wall; of about `n` triangles.
 pub fn gaps(n: usize) -> Mesh {
