@@ -58,8 +58,8 @@ their own area.
 const SOURCES: &str = "
 ## Sources
 
-- *CIE 171:2006*. \"Test cases to assess the accuracy of lighting computer programs\". Points have no
-  extent there; here they are squares of 1 mm.
+- *CIE 171:2006*. \"Test cases to assess the accuracy of lighting computer programs\". Points have
+  no extent there; here they are squares of 1 mm.
 - *Crawford* (1972). \"Configuration factor between two unequal, parallel coaxial squares\". ASME
   paper 72-WA/HT-16.
 - *Ehlert, Smith* (1993). \"View factors for perpendicular and parallel rectangular plates\".
@@ -137,7 +137,8 @@ fn line(case: &Case, figure: &Figure, factor: f64, found: &Found, curved: bool) 
     let difference =
         if is_off(case, figure, factor) { format!("**{difference}**") } else { difference };
     format!(
-        "| {}{separator}{} | {} |{of_curved} {:.9} | {factor:.9} | {difference} | {:.2} % | {:.2} |\n",
+        "| {}{separator}{} | {} |{of_curved} {:.9} | {factor:.9} | {difference} | {:.2} % | {:.2} \
+         |\n",
         case.name,
         figure.name,
         case.source,

@@ -1,8 +1,8 @@
 //! How the counted work of the exact engine grows with the number of facets of one and the same
 //! body.
 //!
-//! The number of pairs that see each other grows as n²: that many numbers are asked for. Work beyond
-//! that is what pairs cost that are partly hidden, and rays.
+//! The number of pairs that see each other grows as n²: that many numbers are asked for. Work
+//! beyond that is what pairs cost that are partly hidden, and rays.
 //!
 //! `HEMICUBE_GROWTH=N` begins with N facets. `--nocapture` shows the figures.
 

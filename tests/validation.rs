@@ -35,8 +35,8 @@ fn hold(which: fn(&Case) -> bool, variant: Variant) {
         for (figure, &factor) in case.figures.iter().zip(&found.factors) {
             let off = factor - figure.exact;
             let line = format!(
-                "{} {}: {factor:.9}, exact {:.9}, off {off:.1e} ({:.4} %), stated {:.3} %, {} rows, \
-                 {:.2} s",
+                "{} {}: {factor:.9}, exact {:.9}, off {off:.1e} ({:.4} %), stated {:.3} %, {} \
+                 rows, {:.2} s",
                 case.name,
                 figure.name,
                 figure.exact,

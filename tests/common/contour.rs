@@ -98,8 +98,8 @@ fn piece(a: DVec3, b: DVec3, f: [DVec3; 2]) -> f64 {
     values.sum::<f64>() * (b - a).length()
 }
 
-/// Points of an interval, each as a fraction of it, counted from its end if so marked, and a weight;
-/// the weights sum to 1.
+/// Points of an interval, each as a fraction of it, counted from its end if so marked, and a
+/// weight; the weights sum to 1.
 pub fn points() -> impl Iterator<Item = (f64, bool, f64)> {
     /// Points lie evenly in the variable s of x = tanh(π/2 sinh s), |s| <= 3.2; beyond it weights
     /// are below 10⁻¹⁵.

@@ -1,7 +1,7 @@
 //! View factors with published or exact values, as scenes and what is known of them.
 //!
-//! The tests and the page of the documentation share them. A curved body is a polyhedron here, whose
-//! own exact value is what the engine must reach; beside it stands that of the body.
+//! The tests and the page of the documentation share them. A curved body is a polyhedron here,
+//! whose own exact value is what the engine must reach; beside it stands that of the body.
 
 mod bodies;
 mod cavities;
