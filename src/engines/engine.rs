@@ -29,6 +29,11 @@ pub trait Engine: Send {
         false
     }
 
+    /// The most entries that rows may have on average, nearly, if it is known without making any.
+    fn most_entries(&self) -> Option<f64> {
+        None
+    }
+
     /// What was done pair by pair so far, by an engine that evaluates pairs of patches for both
     /// their rows: all rows together cost it less than many one by one.
     fn pairs(&self) -> Option<PairsReport> {

@@ -9,15 +9,17 @@
 //! 1. *Unoccluded factor.* The `polygon`s of near and touching pairs are integrated
 //!    (`unoccluded`), along their `contour`s if need be; far pairs are summed over points, 16 at a
 //!    time (`triangles`, `far`).
-//! 2. *Blockers.* Solid triangles are joined to large `convex` polygons, and these to closed
-//!    convex bodies (`blockers`).
+//! 2. *Blockers.* Solid triangles are joined to large `convex` polygons, which make up surfaces
+//!    (`blockers`).
 //! 3. *Hierarchy.* Patches, which consist of `pieces`, have `places` in a `tree`, and blockers are
 //!    sorted out between two of its nodes (`shaft`). This is the scene as the engine keeps it
 //!    (`model`).
 //! 4. *Visible fraction.* Of a `pair` that is partly hidden, blockers are clipped (`clip`), and
 //!    what they hide of one polygon has a closed form for each point of the other (`occluded`,
-//!    `closed_form`). Where many blockers overlap, shadow rays tell (`samples`, `points`,
-//!    `pair_rays`); between touching patches these go by solid angle. `visible` chooses.
+//!    `closed_form`). What connected blockers hide adds up (`sheets`); where several of them may
+//!    overlap, they are subtracted one after the other (`union`). Where there are too many, shadow
+//!    rays tell (`samples`, `points`, `pair_rays`); between touching patches these go by solid
+//!    angle. `visible` chooses.
 //! 5. *Many pairs.* Where sorting out many small blockers would take longer than rays, far pairs
 //!    get rays alone: the fewer, the less their factor weighs among all (`effort`), and packed
 //!    over neighbouring pairs (`shadow_rays`).
@@ -25,7 +27,8 @@
 //!    each other completely, or not at all (`sight`); the others are evaluated (`tile`), their
 //!    errors added up (`tally`), and all tiles shared out among threads (`pairs`).
 //! 7. *Error.* A sample of rows tells how many rays the error asked for takes (`budget`);
-//!    [`Exact::estimate`] is what all pairs err by.
+//!    [`Exact::estimate`] is what all pairs err by, and a check by other rays (`check`) may raise
+//!    it.
 //! 8. *Rows.* What pairs exchange becomes form factors: of some rows (`rows`), or of all at once
 //!    (`matrix`).
 //!
@@ -48,12 +51,14 @@
 
 mod blockers;
 mod budget;
+mod check;
 mod clip;
 mod closed_form;
 mod contour;
 mod convex;
 mod effort;
 mod far;
+mod fractions;
 mod matrix;
 mod model;
 mod occluded;
@@ -68,6 +73,7 @@ mod rows;
 mod samples;
 mod shadow_rays;
 mod shaft;
+mod sheets;
 mod sight;
 mod tally;
 #[cfg(test)]
@@ -75,8 +81,11 @@ mod tests;
 mod tile;
 mod tree;
 mod triangles;
+mod union;
 mod unoccluded;
 mod visible;
+
+use std::sync::OnceLock;
 
 use super::engine::{AssembleError, Engine, EngineError, PairsReport, in_blocks};
 use crate::form_factors::{Row, RowSink};
@@ -85,6 +94,7 @@ use crate::progress::Progress;
 use crate::scene::Geometry;
 use crate::visibility::Bvh;
 use budget::ray_scale;
+use check::disagreement;
 use model::Model;
 use pairs::Pairs;
 use rows::Accounts;
@@ -105,10 +115,15 @@ impl Default for ExactOptions {
     }
 }
 
+/// What the rules for far pairs err by, as a fraction of the error asked for.
+const RULES: f64 = 0.3;
+
 /// The exact engine.
 pub struct Exact<'a> {
     pairs: Pairs<'a>,
     accounts: Accounts<'a>,
+    /// What a check by rays proved, once it is asked for.
+    proven: OnceLock<f64>,
 }
 
 impl<'a> Exact<'a> {
@@ -124,7 +139,8 @@ impl<'a> Exact<'a> {
         let error = error.clamp(1e-6, 1.0);
         let mut pairs = Pairs::new(Model::new(geometry, patches, bvh, error), error, seed);
         pairs.effort.scale = ray_scale(&pairs);
-        Self { pairs, accounts: Accounts::new(geometry, patches, bvh, seed) }
+        let accounts = Accounts::new(geometry, patches, bvh, seed);
+        Self { pairs, accounts, proven: OnceLock::new() }
     }
 
     /// Pairs that exchange anything, those of them with a possible blocker, and shadow rays so far.
@@ -134,12 +150,20 @@ impl<'a> Exact<'a> {
         [c.pairs, c.partly, c.rays]
     }
 
-    /// Root-mean-square error of all factors found so far over their root-mean-square, as far as
-    /// the points and rays that visible fractions come from tell by their differences.
+    /// Root-mean-square error of all factors found so far over their root-mean-square: as far as
+    /// the points and rays that visible fractions come from tell by their differences, but not less
+    /// than what rows lose, than any of them exceeds 1 by, or than what rays prove that share
+    /// nothing with how pairs are evaluated.
     #[must_use]
     pub fn estimate(&self) -> f64 {
         let c = self.pairs.tally();
-        if c.squares > 0 { (c.errors as f64 / c.squares as f64).sqrt() } else { 0.0 }
+        if c.squares == 0 {
+            return 0.0;
+        }
+        let by_pairs = c.errors as f64 / c.squares as f64;
+        let by_rules = if c.partly > 0 { (RULES * self.pairs.effort.error).powi(2) } else { 0.0 };
+        let proven = *self.proven.get_or_init(|| disagreement(&self.pairs));
+        (by_pairs + by_rules).sqrt().max(self.accounts.proven()).max(proven)
     }
 }
 
@@ -151,6 +175,10 @@ impl Engine for Exact<'_> {
     fn bytes(&self, rows: usize) -> u64 {
         let work = rayon::current_num_threads() * (1 << 20);
         self.pairs.model.bytes() + (work + rows * self.pairs.model.len() * 4) as u64
+    }
+
+    fn most_entries(&self) -> Option<f64> {
+        Some(self.pairs.model.faced)
     }
 
     fn pairs(&self) -> Option<PairsReport> {

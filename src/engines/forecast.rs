@@ -1,7 +1,7 @@
 //! What the rows of all patches will take, foretold from some of them.
 
 use super::engine::{Engine, EngineError};
-use crate::form_factors::{Row, entry_bytes};
+use crate::form_factors::{Row, Weights, entry_bytes};
 use crate::patches::{PatchId, Patches};
 
 /// Rows made beforehand.
@@ -19,6 +19,14 @@ pub struct SampleOfRows {
 }
 
 impl SampleOfRows {
+    /// The most that rows may take, without making any, if the engine knows.
+    #[must_use]
+    pub fn at_most(engine: &dyn Engine) -> Option<Self> {
+        let entries = engine.most_entries()?;
+        let bytes = entries * entry_bytes(&Weights::Each(Vec::new())) as f64;
+        Some(Self { entries, distinct: entries, bytes })
+    }
+
     /// Makes some rows of `patches`, spread evenly over their ids.
     pub fn of(engine: &mut dyn Engine, patches: &Patches) -> Result<Self, EngineError> {
         let ids: Vec<PatchId> =

@@ -26,6 +26,9 @@ pub(super) const ENTRY_BYTES: u64 = 8;
 /// measured on.
 const PATCH_BYTES: u64 = 1000;
 
+/// A matrix that takes no more bytes than this fits anywhere.
+const EASILY: u64 = 1 << 30;
+
 impl Forecast {
     /// Whether it fits in memory.
     #[must_use]
@@ -44,7 +47,8 @@ impl Forecast {
         beside(engine, patches, BLOCK)
     }
 
-    /// Makes a few rows to foretell what all of `rows` will be like.
+    /// Foretells what all of `rows` will be like: from the most that they may take, if that fits by
+    /// far, or else from a few rows, which are made beforehand.
     pub(super) fn new(
         engine: &mut dyn Engine,
         patches: &Patches,
@@ -54,7 +58,14 @@ impl Forecast {
         // Pairs of patches are kept until both their rows are handed over.
         let at_once = if engine.pairs().is_some() { ROWS_AT_ONCE } else { BLOCK };
         let [whole, in_blocks] = [at_once, BLOCK].map(|rows| beside(engine, patches, rows));
-        let sample = SampleOfRows::of(engine, patches)?;
+        let most = SampleOfRows::at_most(engine).filter(|most| {
+            let bytes = most.bytes * patches.len() as f64;
+            bytes <= EASILY.min(allowed / 4) as f64
+        });
+        let sample = match most {
+            Some(most) => most,
+            None => SampleOfRows::of(engine, patches)?,
+        };
         // A block is there as it was made, with one entry a patch, and as it is kept.
         let under_way = |rows: usize| {
             let entries = sample.entries + 2.0 * sample.distinct;

@@ -1,11 +1,11 @@
 //! What may lie between two patches: the solid triangles, joined to convex polygons where they lie
 //! in one plane, and the convex bodies that these bound.
 //!
-//! # Bodies
-//! A segment that ends outside of a closed convex body and passes through it enters by one face and
-//! leaves by another. It is enough to count the faces it enters by: seen from a point, these do not
-//! overlap, so the fractions that they hide add up. The same holds for a convex body that is open
-//! where it stands on another polygon.
+//! # Closed surfaces
+//! A segment between two points outside of a closed surface enters it as often as it leaves it. So
+//! it is enough to know what the faces hide that it enters by. The same holds for a surface that
+//! is open only where it stands on another polygon, and for all segments between two polygons that
+//! do not pass by a rim of the surface, if one of them enters it as often as it leaves it.
 
 use std::collections::HashMap;
 
@@ -26,10 +26,6 @@ impl BlockerId {
     }
 }
 
-/// The number of a closed convex body.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct BodyId(pub u32);
-
 /// A convex polygon that blocks.
 #[derive(Debug, Clone)]
 pub(super) struct Blocker {
@@ -42,8 +38,12 @@ pub(super) struct Blocker {
     /// The box about them.
     pub low: DVec3,
     pub high: DVec3,
-    /// The closed convex body that it bounds.
-    pub body: Option<BodyId>,
+    /// The number of the connected surface that it belongs to.
+    pub surface: u32,
+    /// Whether that surface is closed, or open only where it stands on another polygon.
+    pub closed: bool,
+    /// Whether the surface ends at one of its edges.
+    pub rim: bool,
 }
 
 impl Blocker {
@@ -60,28 +60,13 @@ impl Blocker {
     }
 }
 
-/// The planes of a closed convex body.
-#[derive(Debug, Clone)]
-pub(super) struct Body {
-    low: DVec3,
-    high: DVec3,
-    planes: Vec<(DVec3, f64)>,
-}
-
-impl Body {
-    /// Whether a point is inside.
-    pub fn holds(&self, p: DVec3) -> bool {
-        p.cmpge(self.low).all()
-            && p.cmple(self.high).all()
-            && self.planes.iter().all(|(n, d)| n.dot(p) < *d)
-    }
-}
-
 /// All blockers of a scene.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Blockers {
     pub polygons: Vec<Blocker>,
-    pub bodies: Vec<Body>,
+    /// Those that share an edge with each, one after the other, and where those of each begin.
+    neighbours: Vec<BlockerId>,
+    starts: Vec<u32>,
 }
 
 impl Blockers {
@@ -89,10 +74,10 @@ impl Blockers {
         &self.polygons[id.index()]
     }
 
-    /// The bodies that a point is inside of.
-    pub fn inside(&self, p: DVec3) -> Vec<BodyId> {
-        let bodies = (0..).zip(&self.bodies);
-        bodies.filter(|(_, body)| body.holds(p)).map(|(k, _)| BodyId(k)).collect()
+    /// The polygons that share an edge with one, each at least once.
+    pub fn neighbours(&self, id: BlockerId) -> &[BlockerId] {
+        let [from, to] = [0, 1].map(|k| self.starts[id.index() + k] as usize);
+        &self.neighbours[from..to]
     }
 
     /// Joins the solid triangles of a scene; planes closer than `coplanar` are one.
@@ -108,13 +93,41 @@ impl Blockers {
             }
             let low = hull.iter().fold(DVec3::INFINITY, |l, &c| l.min(c));
             let high = hull.iter().fold(DVec3::NEG_INFINITY, |h, &c| h.max(c));
-            me.polygons.push(Blocker { normal, offset, corners: hull, low, high, body: None });
+            me.polygons.push(Blocker {
+                normal,
+                offset,
+                corners: hull,
+                low,
+                high,
+                surface: 0,
+                closed: false,
+                rim: false,
+            });
         }
-        me.find_bodies(geometry, &uses, &polygon_of, coplanar);
+        me.find_neighbours(&uses, &polygon_of);
+        me.find_surfaces(geometry, &uses, &polygon_of, coplanar);
         me
     }
 
-    fn find_bodies(
+    fn find_neighbours(&mut self, uses: &[EdgeUse], polygon_of: &[Option<BlockerId>]) {
+        let mut pairs = Vec::new();
+        for [a, b] in shared(uses).filter_map(joined) {
+            let of = [a, b].map(|u| polygon_of[u.triangle.index()]);
+            if let [Some(p), Some(q)] = of
+                && p != q
+            {
+                pairs.extend([(p, q), (q, p)]);
+            }
+        }
+        pairs.sort_unstable();
+        pairs.dedup();
+        self.starts = (0..=self.polygons.len() as u32)
+            .map(|k| pairs.partition_point(|pair| pair.0.0 < k) as u32)
+            .collect();
+        self.neighbours = pairs.into_iter().map(|pair| pair.1).collect();
+    }
+
+    fn find_surfaces(
         &mut self,
         geometry: &Geometry,
         uses: &[EdgeUse],
@@ -131,46 +144,38 @@ impl Blockers {
             let c = geometry.corners(u.triangle);
             let rim = rims.entry(sets.find(u.triangle.0)).or_default();
             rim.extend([c[usize::from(u.k)], c[usize::from(u.k + 1) % 3]]);
+            if let Some(polygon) = polygon_of[u.triangle.index()] {
+                self.polygons[polygon.index()].rim = true;
+            }
         }
         let mut faces: Vec<(u32, BlockerId)> =
             geometry.ids().filter_map(|t| Some((sets.find(t.0), polygon_of[t.index()]?))).collect();
         faces.sort_unstable();
         faces.dedup();
         for faces in faces.chunk_by(|a, b| a.0 == b.0) {
-            let rim = rims.get(&faces[0].0).map_or(&[][..], |r| r);
-            if let Some(body) = self.body(faces, rim, coplanar) {
-                for &(_, polygon) in faces {
-                    self.polygons[polygon.index()].body = Some(BodyId(self.bodies.len() as u32));
-                }
-                self.bodies.push(body);
+            let closed = match rims.get(&faces[0].0) {
+                Some(rim) => self.stands(faces, rim, coplanar),
+                None => true,
+            };
+            for &(surface, polygon) in faces {
+                let polygon = &mut self.polygons[polygon.index()];
+                (polygon.surface, polygon.closed) = (surface, closed);
             }
         }
     }
 
-    /// The body that faces bound, if it is convex, and closed or open only where it stands on a
-    /// polygon.
-    fn body(&self, faces: &[(u32, BlockerId)], rim: &[DVec3], coplanar: f64) -> Option<Body> {
-        /// The test takes every face with every corner: larger bodies are left out.
-        const MOST_FACES: usize = 4096;
-        if !(3..=MOST_FACES).contains(&faces.len()) {
-            return None;
-        }
-        let face = |f: &(u32, BlockerId)| self.polygon(f.1);
-        let corners = || faces.iter().flat_map(|f| face(f).corners.iter().copied());
-        let convex = faces.iter().all(|f| corners().all(|p| face(f).height(p) <= coplanar));
-        let stands = || {
-            self.polygons.iter().any(|ground| {
-                rim.iter().all(|&p| ground.holds(p, coplanar))
-                    && corners().all(|p| ground.height(p) >= -coplanar)
-            })
-        };
-        if !convex || !(rim.is_empty() || stands()) {
-            return None;
-        }
-        let (low, high) = corners()
-            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), p| (l.min(p), h.max(p)));
-        let planes = faces.iter().map(|f| (face(f).normal, face(f).offset)).collect();
-        Some(Body { low, high, planes })
+    /// Whether faces with this rim stand on another polygon.
+    fn stands(&self, faces: &[(u32, BlockerId)], rim: &[DVec3], coplanar: f64) -> bool {
+        let corners = || faces.iter().flat_map(|f| &self.polygon(f.1).corners);
+        let (low, high) = rim
+            .iter()
+            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), &p| (l.min(p), h.max(p)));
+        self.polygons.iter().any(|ground| {
+            (low + coplanar).cmpge(ground.low).all()
+                && (high - coplanar).cmple(ground.high).all()
+                && rim.iter().all(|&p| ground.holds(p, coplanar))
+                && corners().all(|&p| ground.height(p) >= -coplanar)
+        })
     }
 }
 
@@ -189,20 +194,20 @@ mod tests {
         let blockers = built("furnace");
         assert_eq!(blockers.polygons.len(), 6);
         assert!(blockers.polygons.iter().all(|p| p.corners.len() == 4));
-        // Seen from inside: no convex body with its front outside.
-        assert!(blockers.bodies.is_empty());
+        assert!(blockers.polygons.iter().all(|p| p.closed));
+        assert!((0..6).all(|k| blockers.neighbours(BlockerId(k)).len() == 4));
     }
 
     #[test]
-    fn boxes_on_a_floor_are_bodies() {
+    fn boxes_on_a_floor_are_closed() {
         let blockers = built("cornell-box");
-        assert_eq!(blockers.bodies.len(), 2);
-        for (k, body) in blockers.bodies.iter().enumerate() {
-            let faces = blockers.polygons.iter().filter(|p| p.body == Some(BodyId(k as u32)));
-            let centre = 0.5 * (body.low + body.high);
-            assert!((5..=6).contains(&faces.count()));
-            assert!(body.holds(centre) && !body.holds(body.high + 1.0));
-        }
+        let mut surfaces: Vec<(u32, bool)> =
+            blockers.polygons.iter().map(|p| (p.surface, p.closed)).collect();
+        surfaces.sort_unstable();
+        let sizes: Vec<(usize, bool)> =
+            surfaces.chunk_by(|a, b| a == b).map(|c| (c.len(), c[0].1)).collect();
+        let boxes = sizes.iter().filter(|(faces, closed)| *closed && (5..=6).contains(faces));
+        assert_eq!(boxes.count(), 2, "{sizes:?}");
     }
 
     #[test]

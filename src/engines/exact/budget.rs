@@ -19,7 +19,7 @@ pub(super) fn ray_scale(pairs: &Pairs<'_>) -> f64 {
     let rows = (n / ONE_OF).clamp(1, MOST_ROWS);
     let step = n.div_ceil(rows).max(1);
     let wanted: Vec<bool> = (0..n).map(|at| at % step == step / 2).collect();
-    let task = pairs.task(Wanted(Some(&wanted)));
+    let task = pairs.task(Wanted::Sample(&wanted));
     let tiles = pairs.tiles(&wanted);
     tiles.par_iter().for_each(|&tiles| pairs.tile(&task, tiles, |_, _, _| {}));
     let found = pairs.take_tally();
@@ -50,7 +50,7 @@ fn seen_squares(pairs: &Pairs<'_>, rows: usize) -> f64 {
         }
     }
     let ids: Vec<PatchId> = chosen.iter().map(|row| model.tree.order[row.0.index()]).collect();
-    let seen = pairs.rows(&ids);
+    let seen = pairs.sample(&ids);
     let square_sum = |at: Place| {
         let inverse = 1.0 / model.area(at);
         let factors = seen.of(at).iter().map(|&s| f64::from(down(f64::from(s) * inverse)));

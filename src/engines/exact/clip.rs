@@ -2,25 +2,34 @@
 
 use glam::DVec3;
 
-use super::blockers::{Blocker, BlockerId, BodyId};
+use super::blockers::{Blocker, BlockerId};
 use super::model::Model;
 use super::occluded::MOST_CORNERS;
 use super::pair::Pair;
 use super::polygon::Polygon;
 use crate::scene::clip::clip as clip_polygon;
 
+/// What of a blocker lies lower than this over the planes of a pair, in units of the distance at
+/// which blockers touch, is cut off: single precision does not tell a direction along the horizon
+/// from its opposite.
+const HORIZON: f64 = 20.0;
+
 /// The part of a blocker that lies in front of both polygons.
 #[derive(Debug, Clone)]
 pub(super) struct ClippedBlocker {
     corners: [DVec3; MOST_CORNERS],
     len: usize,
+    pub id: BlockerId,
     pub normal: DVec3,
-    /// Blockers of one group never overlap.
-    pub group: u32,
-    /// Whether it blocks only what enters by its front.
-    pub one_sided: bool,
+    /// The connected surface that it belongs to, and whether that is closed here.
+    pub surface: u32,
+    pub closed: bool,
+    /// Connected blockers of one surface that turn the same side to the points.
+    pub sheet: u32,
     /// How much it has been found to hide.
     pub hides: f64,
+    /// The points that it hides anything from, one bit each.
+    pub seen: u16,
 }
 
 impl ClippedBlocker {
@@ -41,27 +50,84 @@ impl ClippedBlocker {
 #[derive(Debug, Default)]
 pub(super) struct ClipBuffers([Vec<DVec3>; 2]);
 
+/// The planes about the convex hull of two polygons in front of each other, each through an edge
+/// of one and a corner of the other: outward normals and offsets.
+#[derive(Debug, Default)]
+pub(super) struct Hull {
+    planes: Vec<(DVec3, f64)>,
+    low: DVec3,
+    high: DVec3,
+}
+
+impl Hull {
+    /// The hull of two polygons; `noise` is a distance that is none.
+    pub fn about(&mut self, [a, b]: &[Polygon; 2], noise: f64) {
+        self.planes.clear();
+        let corners = || a.corners().iter().chain(b.corners());
+        self.low = corners().fold(DVec3::INFINITY, |l, &c| l.min(c));
+        self.high = corners().fold(DVec3::NEG_INFINITY, |h, &c| h.max(c));
+        // What lies behind either polygon is between them no more.
+        for p in [a, b] {
+            self.planes.push((-p.normal, -p.normal.dot(p.corners()[0])));
+        }
+        for (p, q) in [(a, b), (b, a)] {
+            let own = p.corners();
+            for (k, &from) in own.iter().enumerate() {
+                let edge = own[(k + 1) % own.len()] - from;
+                let outward = edge.cross(p.normal);
+                // The corner that is seen lowest from the edge, towards its outside.
+                let cotangent = |c: &DVec3| {
+                    let (out, up) = (outward.dot(*c - from), p.normal.dot(*c - from));
+                    out / (up.max(0.0) * edge.length()).max(f64::MIN_POSITIVE)
+                };
+                let key = |c: &&DVec3| cotangent(c);
+                let Some(&outermost) = q.corners().iter().max_by(|x, y| key(x).total_cmp(&key(y)))
+                else {
+                    continue;
+                };
+                let normal = (outermost - from).cross(edge).normalize_or_zero();
+                let normal = if normal.dot(outward) < 0.0 { -normal } else { normal };
+                // Where polygons touch, the plane may be anything.
+                let offset = normal.dot(from);
+                if normal != DVec3::ZERO && corners().all(|&c| normal.dot(c) <= offset + noise) {
+                    self.planes.push((normal, offset));
+                }
+            }
+        }
+    }
+
+    /// Whether a box lies outside.
+    pub fn misses_box(&self, low: DVec3, high: DVec3) -> bool {
+        self.planes.iter().any(|&(n, d)| {
+            let nearest = DVec3::select(n.cmpgt(DVec3::ZERO), low, high);
+            n.dot(nearest) >= d
+        }) || self.low.cmpgt(high).any()
+            || self.high.cmplt(low).any()
+    }
+
+    /// Whether points lie outside, nowhere closer than `margin` to the inside.
+    fn misses(&self, points: &[DVec3], margin: f64) -> bool {
+        self.planes.iter().any(|&(n, d)| points.iter().all(|&p| n.dot(p) - d >= -margin))
+    }
+}
+
 /// The part of a blocker that lies between the polygons; `None` if it cannot hide anything.
 pub(super) fn clip(
     pair: &Pair<'_>,
     id: BlockerId,
+    hull: &Hull,
     model: &Model<'_>,
     buffers: &mut ClipBuffers,
 ) -> Option<ClippedBlocker> {
     let (q, touching) = (model.blockers.polygon(id), model.touching);
     let [a, b] = pair.polygons.each_ref().map(|p| heights(p, q));
-    let entered = |body: &BodyId| !pair.pieces[0].inside.contains(body);
-    let body = q.body.filter(entered);
-    if a.0.min(b.0) >= -touching
-        || a.1.max(b.1) <= touching
-        || body.is_some() && (a.1 <= touching || b.0 >= -touching)
-    {
+    if a.0.min(b.0) >= -touching || a.1.max(b.1) <= touching {
         return None;
     }
     let ClipBuffers([first, second]) = buffers;
-    before(&q.corners, &pair.polygons[0], touching, first);
-    before(first, &pair.polygons[1], touching, second);
-    if second.len() < 3 || second.len() > MOST_CORNERS {
+    before(&q.corners, &pair.polygons[0], HORIZON * touching, first);
+    before(first, &pair.polygons[1], HORIZON * touching, second);
+    if second.len() < 3 || second.len() > MOST_CORNERS || hull.misses(second, touching) {
         return None;
     }
     let mut corners = [DVec3::ZERO; MOST_CORNERS];
@@ -69,10 +135,13 @@ pub(super) fn clip(
     Some(ClippedBlocker {
         corners,
         len: second.len(),
+        id,
         normal: q.normal,
-        group: body.map_or(model.blockers.bodies.len() as u32 + id.0, |body| body.0),
-        one_sided: body.is_some(),
+        surface: q.surface,
+        closed: q.closed || !q.rim,
+        sheet: 0,
         hides: 0.0,
+        seen: 0,
     })
 }
 
@@ -82,13 +151,8 @@ fn heights(p: &Polygon, over: &Blocker) -> (f64, f64) {
     heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)))
 }
 
-/// The part of a polygon more than `touching` in front of another's plane, or all of it if none of
-/// it lies behind.
-fn before(corners: &[DVec3], of: &Polygon, touching: f64, part: &mut Vec<DVec3>) {
+/// The part of a polygon more than `margin` in front of another's plane.
+fn before(corners: &[DVec3], of: &Polygon, margin: f64, part: &mut Vec<DVec3>) {
     part.clear();
-    let height = |v: DVec3| of.normal.dot(v - of.corners()[0]);
-    if corners.iter().all(|&c| height(c) <= touching) {
-        return;
-    }
-    clip_polygon(corners, height, |v| part.push(v));
+    clip_polygon(corners, |v| of.normal.dot(v - of.corners()[0]) - margin, |v| part.push(v));
 }

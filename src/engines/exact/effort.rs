@@ -29,6 +29,18 @@ const RAYS_BY_ERROR: f64 = 1.5;
 /// the error asked for: the far rule errs by some percent of it.
 const STRADDLING: f64 = 100.0;
 
+/// The error that the visible fraction of a pair of the root-mean-square factor may have, over the
+/// error asked for.
+const TOLERANCE: f64 = 1.2;
+
+/// Finding out which blockers lie between one pair takes as long as this many rays.
+const FINDING: u32 = 24;
+
+/// Blockers projected or subtracted for a pair of the root-mean-square factor at the error 1e-3, at
+/// the least and at the most.
+const WORK: usize = 1 << 13;
+const MOST_WORK: usize = 1 << 18;
+
 /// What work depends on.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Effort {
@@ -50,9 +62,16 @@ impl Effort {
         (self.scale * f64::from(usual)).clamp(1.0, MOST_RAYS as f64) as u32
     }
 
-    /// How much finer than usual a pair evaluated on its own is to be sampled.
-    pub fn sampling(self, factor: f64) -> f64 {
-        0.5 * factor * (1e-3 / self.error)
+    /// The error that the visible fraction of a pair evaluated on its own may have. Work is least
+    /// for the error of all if large factors err by more, but by less of themselves.
+    pub fn tolerance(self, factor: f64) -> f64 {
+        (TOLERANCE * self.error / factor.max(1e-9).sqrt()).min(0.25)
+    }
+
+    /// How many times blockers may be projected or subtracted for a pair.
+    pub fn work(self, factor: f64) -> usize {
+        let work = WORK as f64 * factor * (1e-3 / self.error);
+        (work as usize).clamp(WORK, MOST_WORK)
     }
 
     /// Whether the far rule is good enough for patches that straddle each other's plane.
@@ -69,7 +88,11 @@ impl Effort {
     }
 }
 
-/// Whether this many rays take less time than clipping this many blockers; `None` for a crowd.
+/// Whether this many rays take less time than clipping this many blockers; `None` for a crowd, of
+/// which those between the pair are to be found first.
 pub(super) fn left_to_rays(blockers: Option<usize>, rays: u32) -> bool {
-    blockers.is_none_or(|count| count > 0 && rays <= CLIPPING + count as u32)
+    match blockers {
+        Some(count) => count > 0 && rays <= CLIPPING + count as u32,
+        None => rays <= FINDING,
+    }
 }

@@ -122,7 +122,7 @@ pub(super) fn make(
 fn upper_half(pairs: &Pairs<'_>, tiles: [TileId; 2]) -> Upper {
     let [rows, columns] = tiles.map(|tile| pairs.model.tree.tile(tile));
     let mut upper = Upper { starts: vec![0], ..Upper::default() };
-    pairs.tile(&pairs.task(Wanted(None)), tiles, |i, j, s| {
+    pairs.tile(&pairs.task(Wanted::All), tiles, |i, j, s| {
         upper.starts.resize(rows.offset(i) + 1, upper.columns.len() as u16);
         upper.columns.push(columns.offset(j) as u8);
         upper.exchange.push(s);

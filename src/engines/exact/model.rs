@@ -4,7 +4,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::blockers::{Blockers, BodyId};
+use super::blockers::Blockers;
 use super::far::{CLOSELY, FarPatches, exchange_with};
 use super::pieces::{Fragment, Piece, PieceId, extent, fragments};
 use super::places::Place;
@@ -42,6 +42,8 @@ pub(super) struct Model<'a> {
     /// Rows spread over the hierarchy, and the sum of the squares of the factors of each, with
     /// nothing in the way.
     pub sampled_rows: Vec<(Place, f64)>,
+    /// Mean number of patches that others face, of which they see some.
+    pub faced: f64,
     /// The points of all shadow rays.
     pub samples: Vec<[f32; 4]>,
     pieces: Vec<Piece>,
@@ -71,13 +73,11 @@ impl<'a> Model<'a> {
         }
         let areas: Vec<f64> = tree.order.iter().map(|&id| patches.own_area(id)).collect();
         let flat: Vec<Fragment> = in_order().flatten().copied().collect();
-        let piece = |f: &Fragment| Piece::new(f, &blockers, bvh, touching);
+        let piece = |f: &Fragment| Piece::new(f, bvh);
         let pieces: Vec<Piece> = flat.par_iter().map(piece).collect();
         for node in &mut tree.nodes {
             let range = node.places.range();
             node.patch_area = areas[range.clone()].iter().sum::<f64>() / range.len() as f64;
-            let pieces = &pieces[starts[range.start] as usize..starts[range.end] as usize];
-            node.inside = inside_any(pieces);
         }
         let boxes: Vec<Bounds> = blockers.polygons.iter().map(|p| (p.low, p.high)).collect();
         let mut me = Self {
@@ -91,6 +91,7 @@ impl<'a> Model<'a> {
             touching,
             rms_factor: 1.0,
             sampled_rows: Vec::new(),
+            faced: 0.0,
             samples: sobol(),
             pieces,
             starts,
@@ -98,7 +99,10 @@ impl<'a> Model<'a> {
             places,
         };
         me.add_shapes();
-        me.sampled_rows = me.sample_rows();
+        let sampled = me.sample_rows();
+        let faced = sampled.iter().map(|row| row.2 as f64).sum::<f64>();
+        me.faced = faced / sampled.len().max(1) as f64;
+        me.sampled_rows = sampled.into_iter().map(|row| (row.0, row.1)).collect();
         me.rms_factor = me.find_rms_factor();
         me
     }
@@ -119,7 +123,9 @@ impl<'a> Model<'a> {
         self.shapes.pad();
     }
 
-    fn sample_rows(&self) -> Vec<(Place, f64)> {
+    /// Rows spread over the hierarchy, the sum of the squares of the factors of each, and how many
+    /// these are, with nothing in the way.
+    fn sample_rows(&self) -> Vec<(Place, f64, usize)> {
         const ROWS: usize = 256;
         let n = self.len();
         let scale2 = self.bvh.scale().powi(2);
@@ -131,7 +137,8 @@ impl<'a> Model<'a> {
                 let s = if s == CLOSELY { self.unoccluded(i, j) } else { f64::from(s) * scale2 };
                 (s / self.area(i)).powi(2)
             });
-            (i, squares.sum())
+            let (sum, count) = squares.fold((0.0, 0), |(sum, count), s| (sum + s, count + 1));
+            (i, sum, count)
         };
         let step = n.div_ceil(ROWS).max(1);
         let place = |i: usize| Place((i + step / 2).min(n - 1) as u32);
@@ -150,13 +157,13 @@ impl<'a> Model<'a> {
 
     /// S of a pair with nothing in the way; of patches of several pieces, that of the first of them
     /// stands for all.
-    fn unoccluded(&self, i: Place, j: Place) -> f64 {
+    pub fn unoccluded(&self, i: Place, j: Place) -> f64 {
         let (Some(p), Some(q)) = (self.pieces(i).first(), self.pieces(j).first()) else {
             return 0.0;
         };
         let Some((a, b)) = facing(&p.polygon, &q.polygon, self.coplanar) else { return 0.0 };
         let whole = |at: Place, p: &Piece| self.area(at) / p.polygon.area();
-        let s = exchange(&a, &b) * whole(i, p) * whole(j, q);
+        let s = exchange(&a, &b, 1e-5 * self.area(i).min(self.area(j))) * whole(i, p) * whole(j, q);
         if i == j { 0.0 } else { s.min(self.area(i)).min(self.area(j)) }
     }
 
@@ -224,12 +231,4 @@ fn hierarchy(of_patches: &[Vec<Fragment>], touching: f64) -> Tree {
         of_patches.iter().map(|f| f.iter().flat_map(|f| f.corners).collect()).collect();
     let extents: Vec<Extent> = of_patches.iter().map(|f| extent(f)).collect();
     Tree::new(&extents, |id| &corners[id.index()], touching)
-}
-
-/// The bodies that at least one of the pieces is inside of.
-fn inside_any(pieces: &[Piece]) -> Vec<BodyId> {
-    let mut inside: Vec<BodyId> = pieces.iter().flat_map(|p| p.inside.iter().copied()).collect();
-    inside.sort_unstable();
-    inside.dedup();
-    inside
 }

@@ -51,10 +51,18 @@ impl Projected {
     pub const EMPTY: Self = Self([[[0.0; LANES]; 3]; MOST_CORNERS]);
 }
 
-/// Fraction of a target that is hidden, 0..1 a lane.
+/// Fraction of a target that polygons hide, added up over them: those whose front faces the points,
+/// and those whose back does.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(64))]
-pub(super) struct Occluded(pub Lanes);
+pub(super) struct Occluded {
+    pub by_fronts: Lanes,
+    pub by_backs: Lanes,
+}
+
+impl Occluded {
+    pub const NOTHING: Self = Self { by_fronts: [0.0; LANES], by_backs: [0.0; LANES] };
+}
 
 impl Target {
     pub const EMPTY: Self = Self {
@@ -152,13 +160,11 @@ fn angle(sine: f32, cosine: f32) -> f32 {
 
 multiversion! {
     /// Adds the fraction of a target that a polygon hides. Its corners, about the target's origin,
-    /// run counter-clockwise about `normal`. With `sense` 1 it hides from points in front of it
-    /// alone, with -1 from those behind it, with 0 from all.
+    /// run counter-clockwise about `normal`.
     pub(super) fn occlude(
         target: &Target,
         polygon: &[Vec3],
         normal: Vec3,
-        sense: f32,
         projected: &mut Projected,
         occluded: &mut Occluded,
     ) = occlude_kernel
@@ -169,7 +175,6 @@ fn occlude_kernel(
     target: &Target,
     polygon: &[Vec3],
     normal: Vec3,
-    sense: f32,
     Projected(projected): &mut Projected,
     occluded: &mut Occluded,
 ) {
@@ -203,10 +208,11 @@ fn occlude_kernel(
     }
     for l in 0..LANES {
         let all = turn[l] * sum[l];
-        let counts = sense * turn[l] >= 0.0;
         // What is not a number counts as nothing.
-        let all = if counts & (all > 0.0) { all } else { 0.0 };
-        occluded.0[l] += if all < 1.0 { all } else { 1.0 };
+        let all = if all > 0.0 { all } else { 0.0 };
+        let all = if all < 1.0 { all } else { 1.0 };
+        occluded.by_fronts[l] += if turn[l] > 0.0 { all } else { 0.0 };
+        occluded.by_backs[l] += if turn[l] > 0.0 { 0.0 } else { all };
     }
 }
 
@@ -382,20 +388,15 @@ mod tests {
             for (n, mut shape) in shapes.into_iter().enumerate() {
                 for _ in 0..2 {
                     let normal = (shape[1] - shape[0]).cross(shape[2] - shape[0]).normalize();
-                    let mut occluded = Occluded([0.0; LANES]);
-                    occlude(&t, &shape, normal, 0.0, &mut projected, &mut occluded);
-                    let mut one = Occluded([0.0; LANES]);
-                    occlude(&t, &shape, normal, 1.0, &mut projected, &mut one);
-                    let mut other = Occluded([0.0; LANES]);
-                    occlude(&t, &shape, normal, -1.0, &mut projected, &mut other);
+                    let mut occluded = Occluded::NOTHING;
+                    occlude(&t, &shape, normal, &mut projected, &mut occluded);
                     for l in [0, 7, 15] {
                         let expected = counted(&t, l, &shape, normal);
-                        assert!(
-                            (occluded.0[l] - expected).abs() < 0.01,
-                            "{n}: {} {expected}",
-                            occluded.0[l]
-                        );
-                        assert_eq!(one.0[l] + other.0[l], occluded.0[l]);
+                        let (front, back) = (occluded.by_fronts[l], occluded.by_backs[l]);
+                        assert!((front + back - expected).abs() < 0.01, "{n}: {front} {back}");
+                        let x = vec3(t.from[0][l], t.from[1][l], t.from[2][l]);
+                        let behind = normal.dot(x - shape[0]) <= 0.0;
+                        assert!(if behind { front == 0.0 } else { back == 0.0 });
                     }
                     shape.reverse();
                 }

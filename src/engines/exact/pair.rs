@@ -8,10 +8,12 @@ use super::polygon::Polygon;
 pub(super) struct Pair<'a> {
     pub pieces: [&'a Piece; 2],
     pub polygons: [Polygon; 2],
-    /// Blockers that may lie between; `None` for too many.
+    /// Blockers that may lie between; `None` if they are not known.
     pub blockers: Option<&'a [BlockerId]>,
-    /// How much finer than usual the pair is to be sampled.
-    pub effort: f64,
+    /// The error that the visible fraction may have.
+    pub tolerance: f64,
+    /// How many times blockers may be projected or subtracted. What then is not sure stays so.
+    pub work: usize,
     /// S of the pieces with nothing in the way, m².
     pub exchange: f64,
     pub seed: u64,
@@ -28,4 +30,9 @@ pub(super) struct Visible {
 
 impl Visible {
     pub const ALL: Self = Self { fraction: 1.0, square_error: 0.0 };
+
+    /// Whether something hides a part, or may do so.
+    pub fn is_doubtful(self) -> bool {
+        self.fraction < 1.0 || self.square_error > 0.0
+    }
 }

@@ -10,9 +10,13 @@ use crate::engines::sampling::Random;
 use crate::simd::LANES;
 use crate::visibility::Packet;
 
-/// Shadow rays of a pair of the root-mean-square factor of which nothing is known, and of any pair.
-const RAYS: f64 = 192.0;
-const LEAST_RAYS: usize = 16;
+/// The error of this many stratified rays over the root of how much of a pair is seen and hidden:
+/// (STRATIFIED / rays)^FALL.
+const STRATIFIED: f64 = 0.5;
+const FALL: f64 = 0.63;
+
+/// The first rays of a pair, which tell how many it takes.
+const LEAST_RAYS: usize = 64;
 
 /// Rays of a pair; reused.
 #[derive(Default)]
@@ -24,26 +28,32 @@ pub(super) struct RayBuffers {
     pub count: u64,
 }
 
-/// Traces shadow rays: the more, the larger the fraction of the pair is that is in doubt.
+/// Traces shadow rays, until the error is as small as it should be.
 pub(super) fn visible_by_rays(
     pair: &Pair<'_>,
-    doubt: f64,
     model: &Model<'_>,
     buffers: &mut RayBuffers,
 ) -> Visible {
-    let rays = (RAYS * pair.effort * doubt) as usize;
-    let rays = rays.clamp(LEAST_RAYS, MOST_RAYS) / LANES * LANES;
-    let [(a, p), (b, q)] = trace(pair, model, rays, buffers);
-    if a + b <= 0.0 {
-        return Visible::ALL;
+    let most = (STRATIFIED / pair.tolerance.max(1e-6)).powf(1.0 / FALL);
+    let most = (most as usize).clamp(LANES, MOST_RAYS) / LANES * LANES;
+    let mut rays = most.min(LEAST_RAYS);
+    loop {
+        let [(a, p), (b, q)] = trace(pair, model, rays, buffers);
+        if a + b <= 0.0 {
+            return Visible::ALL;
+        }
+        let square_error = square_error([a, b], [p, q]).unwrap_or(1.0);
+        let fraction = (p + q) / (a + b);
+        if rays >= most || fraction <= 0.0 || fraction >= 1.0 {
+            return Visible { fraction, square_error };
+        }
+        rays = (4 * rays).min(most);
     }
-    let square_error = square_error([a, b], [p, q]).unwrap_or(1.0);
-    Visible { fraction: (p + q) / (a + b), square_error }
 }
 
 /// The kernel between `count` pairs of points, of all and of those that see each other: that of
 /// the even ones, and of the odd ones.
-fn trace(
+pub(super) fn trace(
     pair: &Pair<'_>,
     model: &Model<'_>,
     count: usize,

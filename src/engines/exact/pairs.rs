@@ -73,6 +73,15 @@ impl<'a> Pairs<'a> {
 
     /// What patches exchange with each.
     pub fn rows(&self, ids: &[PatchId]) -> ExchangeRows {
+        self.exchange(ids, |wanted| Wanted::Rows(wanted))
+    }
+
+    /// Nearly what patches exchange with each.
+    pub fn sample(&self, ids: &[PatchId]) -> ExchangeRows {
+        self.exchange(ids, |wanted| Wanted::Sample(wanted))
+    }
+
+    fn exchange(&self, ids: &[PatchId], how: fn(&[bool]) -> Wanted<'_>) -> ExchangeRows {
         let n = self.model.len();
         let mut wanted = vec![false; n];
         let mut row_of = vec![u32::MAX; n];
@@ -82,7 +91,7 @@ impl<'a> Pairs<'a> {
         }
         let order = &self.model.tree.order;
         let mut rows: Vec<Vec<f32>> = vec![vec![0.0; n]; ids.len()];
-        let task = self.task(Wanted(Some(&wanted)));
+        let task = self.task(how(&wanted));
         let mut found: Vec<Vec<(Place, Place, f32)>> = Vec::new();
         for tiles in self.tiles(&wanted).chunks(256) {
             tiles

@@ -2,7 +2,6 @@
 
 use glam::{DVec2, DVec3};
 
-use super::blockers::{Blockers, BodyId};
 use super::polygon::Polygon;
 use super::tree::Extent;
 use crate::patches::{PatchId, Patches, at_barycentric};
@@ -19,20 +18,12 @@ pub(super) struct Piece {
     pub polygon: Polygon,
     /// The solid triangle that it lies on.
     pub own: Option<u32>,
-    /// Closed convex bodies that it is inside of.
-    pub inside: Vec<BodyId>,
 }
 
 impl Piece {
-    /// `touching` is the distance at which blockers touch.
-    pub fn new(fragment: &Fragment, blockers: &Blockers, bvh: &Bvh, touching: f64) -> Self {
+    pub fn new(fragment: &Fragment, bvh: &Bvh) -> Self {
         let Fragment { triangle, corners, normal } = *fragment;
-        let inner = corners.iter().sum::<DVec3>() / 3.0 + normal * (10.0 * touching);
-        Self {
-            polygon: Polygon::triangle(corners, normal),
-            own: bvh.solid(triangle),
-            inside: blockers.inside(inner),
-        }
+        Self { polygon: Polygon::triangle(corners, normal), own: bvh.solid(triangle) }
     }
 }
 

@@ -90,18 +90,35 @@ impl Places {
     }
 }
 
-/// Patches whose pairs alone are asked for; none if all are.
+/// Patches whose pairs alone are asked for.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Wanted<'a>(pub Option<&'a [bool]>);
+pub(super) enum Wanted<'a> {
+    /// All pairs.
+    All,
+    /// Those of these patches, in all their digits: with others that are traced together with them.
+    Rows(&'a [bool]),
+    /// Nearly those of these patches, as a sample: without such others.
+    Sample(&'a [bool]),
+    /// The pair of these.
+    Pair([Place; 2]),
+}
 
 impl Wanted<'_> {
     /// Whether pairs between two runs of patches, or others traced together with them, are wanted.
     pub fn has(self, rows: Places, columns: Places) -> bool {
-        let Some(wanted) = self.0 else { return true };
+        let (wanted, columns) = match self {
+            Self::All => return true,
+            Self::Rows(wanted) => (wanted, columns.groups()),
+            Self::Sample(wanted) => (wanted, columns),
+            Self::Pair([i, j]) => {
+                return rows.contains(i) && columns.contains(j)
+                    || rows.contains(j) && columns.contains(i);
+            }
+        };
         let any = |Range { start, end }: Range<usize>| {
             wanted[start..end.min(wanted.len())].iter().any(|&w| w)
         };
-        any(rows.range()) || any(columns.groups().range())
+        any(rows.range()) || any(columns.range())
     }
 
     /// Number of pairs of `count` patches that are wanted, with those that are traced together with
@@ -109,7 +126,11 @@ impl Wanted<'_> {
     pub fn pairs(self, count: usize) -> u64 {
         let (mut after, mut sum) = (0, 0);
         for at in (0..count).rev() {
-            let all = self.0.is_none_or(|wanted| wanted[at]);
+            let all = match self {
+                Self::All => true,
+                Self::Rows(wanted) | Self::Sample(wanted) => wanted[at],
+                Self::Pair(_) => false,
+            };
             sum += if all { (count - 1 - at) as u64 } else { after };
             after += u64::from(self.has(Places::new(at..at), Places::new(at..at + 1)));
         }

@@ -26,7 +26,7 @@ impl Polygon {
     }
 
     /// The triangles of a fan about the first corner.
-    pub fn fan(&self) -> impl Iterator<Item = [DVec3; 3]> + '_ {
+    pub fn fan(&self) -> impl Iterator<Item = [DVec3; 3]> + Clone + '_ {
         (2..self.len).map(|k| [self.corners[0], self.corners[k - 1], self.corners[k]])
     }
 

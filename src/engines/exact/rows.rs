@@ -1,5 +1,8 @@
 //! Rows of form factors from what patches exchange, and where the rest of a row ends.
 
+use std::sync::atomic::AtomicU64;
+use std::sync::atomic::Ordering::Relaxed;
+
 use rayon::prelude::*;
 
 use super::model::Model;
@@ -19,18 +22,36 @@ const RAYS: [usize; 2] = [256, 4096];
 const ERROR: f64 = 1e-3;
 
 /// Finds out where the rest of a row ends: 1 less the sum of its factors.
-pub(super) struct Accounts<'a>([Rays<'a>; 2]);
+pub(super) struct Accounts<'a> {
+    rays: [Rays<'a>; 2],
+    /// Sum of the squares of what is lost, in units of 2⁻⁴⁰, and number of rows.
+    lost: AtomicU64,
+    rows: AtomicU64,
+    /// The bits of the largest sum of a row above 1; those of positive numbers are in their order.
+    excess: AtomicU64,
+}
+
+/// A row that loses more than this is of a patch that something lies on.
+const COVERED: f64 = 0.5;
+
+/// The rounding of a row of numbers in single precision.
+const SINGLE: f64 = 1e-6;
+
+/// One as a sum of squares is kept.
+const ONE: f64 = (1_u64 << 40) as f64;
 
 impl<'a> Accounts<'a> {
     pub fn new(geometry: &'a Geometry, patches: &'a Patches, bvh: &'a Bvh, seed: u32) -> Self {
-        Self(RAYS.map(|samples| Rays::new(geometry, patches, bvh, RaysOptions { samples, seed })))
+        let rays =
+            RAYS.map(|samples| Rays::new(geometry, patches, bvh, RaysOptions { samples, seed }));
+        Self { rays, lost: AtomicU64::new(0), rows: AtomicU64::new(0), excess: AtomicU64::new(0) }
     }
 
     /// The account of a row whose factors add up to `sum`; `rays` is reused.
     pub fn of(&self, id: PatchId, sum: f64, rays: &mut Row) -> RowAccount {
         let rest = 1.0 - sum;
         let mut account = RowAccount::default();
-        for engine in &self.0 {
+        for engine in &self.rays {
             engine.row(id, rays);
             let gone = rays.environment + rays.back;
             let noise = 3.0 * (gone * (1.0 - gone).max(0.0) / engine.samples() as f64).sqrt();
@@ -42,7 +63,24 @@ impl<'a> Accounts<'a> {
                 break;
             }
         }
+        // Of a row that is lost as a whole the patch is covered: it has no factors to err.
+        if account.lost > COVERED {
+            return account;
+        }
+        self.lost.fetch_add((ONE * account.lost.powi(2).min(1.0)) as u64, Relaxed);
+        self.rows.fetch_add(1, Relaxed);
+        // What is kept in single precision may add up to a little more.
+        let excess = if sum > 1.0 { sum - 1.0 + SINGLE } else { 0.0 };
+        self.excess.fetch_max(excess.to_bits(), Relaxed);
         account
+    }
+
+    /// Root-mean-square of what rows lost so far, as factors that all err by the same fraction of
+    /// themselves lose that fraction; but not less than any row exceeds 1 by.
+    pub fn proven(&self) -> f64 {
+        let rows = self.rows.load(Relaxed).max(1) as f64;
+        let lost = (self.lost.load(Relaxed) as f64 / ONE / rows).sqrt();
+        lost.max(f64::from_bits(self.excess.load(Relaxed)))
     }
 }
 

@@ -6,7 +6,7 @@ use super::places::Place;
 const SEED: u64 = 0xd134_2543_de82_ef95;
 
 /// Most shadow rays of a pair.
-pub(super) const MOST_RAYS: usize = 1024;
+pub(super) const MOST_RAYS: usize = 4096;
 
 /// Square of the error of all rays of a pair over that of the difference of its two halves: a
 /// quarter if rays were independent; they are stratified.

@@ -92,9 +92,8 @@ pub(super) fn face_away(a: &Node, b: &Node, coplanar: f64) -> bool {
     behind(a, b) || behind(b, a)
 }
 
-/// What a polygon hides between two groups that the shaft is about. A body's face counts if it is
-/// entered from `a`, unless something of `a` is inside. `closely` also looks at small polygons from
-/// corner to corner.
+/// What a polygon hides between two groups that the shaft is about. `closely` also looks at small
+/// polygons from corner to corner.
 pub(super) fn occlusion(
     q: &Blocker,
     shaft: &Shaft,
@@ -108,8 +107,7 @@ pub(super) fn occlusion(
     let (a_low, a_high) = range(a.corners().iter().map(|&c| q.height(c)));
     let (b_low, b_high) = range(b.corners().iter().map(|&c| q.height(c)));
     let same_side = a_low.min(b_low) >= -coplanar || a_high.max(b_high) <= coplanar;
-    let entered = q.body.is_some_and(|body| !a.inside.contains(&body));
-    if same_side || entered && (a_high <= coplanar || b_low >= -coplanar) {
+    if same_side {
         return Occlusion::None;
     }
     let behind = |n: &Node| {

@@ -17,6 +17,11 @@ use super::visible::{PairBuffers, visible};
 use crate::simd::LANES;
 use crate::visibility::Lanes;
 
+/// What pairs exchange with nothing in the way may err by this fraction of the error asked for and
+/// of the smaller area, but not by more than the latter.
+const TOLERANCE: f64 = 1e-4;
+const MOST_TOLERANCE: f64 = 1e-7;
+
 /// Buffers for a pair of tiles, and what was done; reused.
 pub(super) struct TileBuffers {
     sights: Sights,
@@ -121,29 +126,31 @@ impl Task<'_> {
             }
             let known = (s > 0.0 && simple).then_some(far);
             let (s, error) = self.closely(pair, known, blockers, pair_buffers);
-            sums.add(pair, s, (sight != Sight::CLEAR).then_some(error), each);
+            sums.add(pair, s, error, each);
         }
         rays.trace(model, row, self.seed);
         let before = sums.error;
         for (pair, visible) in rays.visible() {
             let s = pair.exchange;
-            let error = s * s * visible.square_error;
-            sums.add([row, pair.column], s * visible.fraction, Some(error), each);
+            let error = visible.is_doubtful().then_some(s * s * visible.square_error);
+            sums.add([row, pair.column], s * visible.fraction, error, each);
         }
         sums.ray_error += sums.error - before;
     }
 
-    /// S of one pair, 0 if it exchanges nothing, and the square of its error. `known` is S with
-    /// nothing in the way, if it is known; without a list of blockers rays tell.
+    /// S of one pair, 0 if it exchanges nothing, and the square of its error if something hides a
+    /// part of it. `known` is S with nothing in the way, if it is known.
     fn closely(
         &self,
         [i, j]: [Place; 2],
         known: Option<f64>,
         blockers: Option<&[BlockerId]>,
         buffers: &mut PairBuffers,
-    ) -> (f64, f64) {
+    ) -> (f64, Option<f64>) {
         let model = self.model;
-        let (mut sum, mut error) = (0.0, 0.0);
+        let tolerance =
+            (TOLERANCE * self.effort.error).min(MOST_TOLERANCE) * model.area(i).min(model.area(j));
+        let (mut sum, mut error) = (0.0, None);
         for p in model.pieces(i) {
             for q in model.pieces(j) {
                 let polygons = match known {
@@ -153,25 +160,29 @@ impl Task<'_> {
                         None => continue,
                     },
                 };
-                let s = known.unwrap_or_else(|| exchange(&polygons.0, &polygons.1));
+                let s = known.unwrap_or_else(|| exchange(&polygons.0, &polygons.1, tolerance));
                 if s <= 0.0 {
                     continue;
                 }
                 let v = if blockers.is_some_and(<[_]>::is_empty) {
                     Visible::ALL
                 } else {
+                    let factor = model.relative_factor([i, j], s);
                     let pair = Pair {
                         pieces: [p, q],
                         polygons: polygons.into(),
                         blockers,
-                        effort: self.effort.sampling(model.relative_factor([i, j], s)),
+                        tolerance: self.effort.tolerance(factor),
+                        work: self.effort.work(factor),
                         exchange: s,
                         seed: pair_seed(self.seed, [i, j]),
                     };
                     visible(&pair, model, buffers)
                 };
                 sum += s * v.fraction;
-                error += s * s * v.square_error;
+                if v.is_doubtful() {
+                    *error.get_or_insert(0.0) += s * s * v.square_error;
+                }
             }
         }
         (sum, error)

@@ -5,8 +5,7 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use super::blockers::BodyId;
-use super::places::{NodeId, Places, TileId};
+use super::places::{NodeId, Place, Places, TileId};
 use crate::patches::PatchId;
 
 /// Most patches in a leaf.
@@ -39,8 +38,6 @@ pub(super) struct Node {
     pub plane: Option<(DVec3, f64)>,
     corners: [DVec3; 8],
     count: u8,
-    /// Closed convex bodies that some of its patches are inside.
-    pub inside: Vec<BodyId>,
     /// Mean area of its patches in m².
     pub patch_area: f64,
 }
@@ -49,6 +46,22 @@ impl Node {
     /// Points whose convex hull holds all patches.
     pub fn corners(&self) -> &[DVec3] {
         &self.corners[..usize::from(self.count)]
+    }
+
+    /// Takes the corners of the patches instead of those of the box, if they are few.
+    fn take_few_corners<'a>(&mut self, points: impl Iterator<Item = &'a DVec3>) {
+        let (mut few, mut count) = ([DVec3::ZERO; 8], 0);
+        for p in points.filter(|p| p.is_finite()) {
+            if few[..count].contains(p) {
+                continue;
+            }
+            let Some(place) = few.get_mut(count) else { return };
+            *place = *p;
+            count += 1;
+        }
+        if count > 0 {
+            (self.corners, self.count) = (few, count as u8);
+        }
     }
 
     pub fn is_leaf(&self) -> bool {
@@ -133,6 +146,12 @@ impl Tree {
         self.node(self.tile_node(tile)).places
     }
 
+    /// The tile that holds a place.
+    pub fn tile_of(&self, at: Place) -> TileId {
+        let after = self.tiles.partition_point(|&node| self.node(node).places.first() <= at);
+        TileId(after.saturating_sub(1) as u32)
+    }
+
     /// The patches of a run.
     pub fn patches(&self, places: Places) -> &[PatchId] {
         &self.order[places.range()]
@@ -172,9 +191,9 @@ impl Tree {
                 DVec3::new(pick(0, 0), pick(1, 1), pick(2, 2))
             }),
             count: 8,
-            inside: Vec::new(),
             patch_area: 0.0,
         };
+        node.take_few_corners(patches.iter().flat_map(|&p| corners(p)));
         let normal = extents[patches[0].index()].normal;
         let [origin, second, ..] = *corners(patches[0]) else { return node };
         let points = || patches.iter().flat_map(|&p| corners(p));

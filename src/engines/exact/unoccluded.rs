@@ -27,12 +27,10 @@ const FAR: f64 = 2.2;
 /// the smaller are used.
 const SMALL: f64 = 0.35;
 
-/// The contour integrals may err by this fraction of the smaller area.
-const TOLERANCE: f64 = 1e-8;
-
 /// S in m² of two polygons that lie in front of each other, as
-/// [`facing`](super::polygon::facing) leaves them; never negative and never more than either area.
-pub(super) fn exchange(a: &Polygon, b: &Polygon) -> f64 {
+/// [`facing`](super::polygon::facing) leaves them, to `tolerance` m² a pair of edges; never
+/// negative and never more than either area.
+pub(super) fn exchange(a: &Polygon, b: &Polygon, tolerance: f64) -> f64 {
     let (ca, cb) = (a.centre(), b.centre());
     let (ra, rb) = (a.radius(ca), b.radius(cb));
     let most = a.area().min(b.area());
@@ -43,7 +41,7 @@ pub(super) fn exchange(a: &Polygon, b: &Polygon) -> f64 {
         if radius <= SMALL * (large.distance(centre) - radius) {
             by_lambert(small, large)
         } else {
-            by_contours(small, large, TOLERANCE * most)
+            by_contours(small, large, tolerance)
         }
     };
     s.clamp(0.0, most)
@@ -115,7 +113,7 @@ mod tests {
         for p in rectangle(a) {
             for q in rectangle(b) {
                 if let Some((p, q)) = facing(&p, &q, 1e-12) {
-                    sum += exchange(&p, &q);
+                    sum += exchange(&p, &q, 1e-10);
                 }
             }
         }
@@ -181,7 +179,7 @@ mod tests {
                 let s: f64 = huge
                     .iter()
                     .filter_map(|h| facing(&tiny, h, 1e-12))
-                    .map(|(p, q)| exchange(&p, &q))
+                    .map(|(p, q)| exchange(&p, &q, 1e-10))
                     .sum();
                 // The mean of Lambert's form over a fine grid of the tiny one.
                 let (mut mean, n) = (0.0, 24);
@@ -216,7 +214,7 @@ mod tests {
             let o = Y * (f64::from(k) * 1e-4);
             for p in rectangle([o, X, Y * 1e-4]) {
                 for q in &wall {
-                    sum += facing(&p, q, 1e-12).map_or(0.0, |(p, q)| exchange(&p, &q));
+                    sum += facing(&p, q, 1e-12).map_or(0.0, |(p, q)| exchange(&p, &q, 1e-10));
                 }
             }
         }

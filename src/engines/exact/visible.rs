@@ -4,23 +4,33 @@
 //! v = ∫∫ K V dA dA / ∫∫ K dA dA
 //! ```
 //!
-//! Where no two blockers overlap, as seen from points of one polygon, the fraction of the other
-//! that is hidden from each has a closed form (`closed_form`). Otherwise shadow rays tell
-//! (`pair_rays`).
+//! From points of one polygon, what blockers hide of the other has a closed form (`closed_form`).
+//! Where there are very many of them, shadow rays tell (`pair_rays`).
 
-use super::clip::{ClipBuffers, ClippedBlocker, clip};
-use super::closed_form::{OVERLAP, ViewBuffers, hidden};
+use super::blockers::BlockerId;
+use super::clip::{ClipBuffers, ClippedBlocker, Hull, clip};
+use super::closed_form::{ViewBuffers, hidden};
 use super::model::Model;
 use super::pair::{Pair, Visible};
 use super::pair_rays::{RayBuffers, visible_by_rays};
 
 /// A pair with more blockers is left to rays.
-const MANY: usize = 24;
+const MANY: usize = 64;
+
+/// Planes about a pair may cut off this fraction of the distance at which blockers touch.
+const HULL: f64 = 1e-3;
+
+/// Fractions that are nothing in single precision.
+const NOISE: f64 = 2e-6;
+
+/// Where points are less sure than this of the visible fraction, rays are asked, too.
+const UNSURE: f64 = 0.01;
 
 /// Buffers for a pair; reused.
 #[derive(Default)]
 pub(super) struct PairBuffers {
     blockers: Vec<ClippedBlocker>,
+    hull: Hull,
     clip: ClipBuffers,
     view: ViewBuffers,
     pub rays: RayBuffers,
@@ -28,30 +38,38 @@ pub(super) struct PairBuffers {
 
 /// The visible fraction of a pair.
 pub(super) fn visible(pair: &Pair<'_>, model: &Model<'_>, buffers: &mut PairBuffers) -> Visible {
-    let PairBuffers { blockers, clip: clipped, view, rays } = buffers;
+    let PairBuffers { blockers, hull, clip: clipped, view, rays } = buffers;
     blockers.clear();
-    let Some(ids) = pair.blockers else { return visible_by_rays(pair, 1.0, model, rays) };
-    blockers.extend(ids.iter().filter_map(|&id| clip(pair, id, model, clipped)));
+    hull.about(&pair.polygons, HULL * model.touching);
+    let mut take = |id| blockers.extend(clip(pair, id, hull, model, clipped));
+    match pair.blockers {
+        Some(ids) => ids.iter().for_each(|&id| take(id)),
+        None => {
+            let outside = |low, high| hull.misses_box(low, high);
+            model.blocker_tree.near(outside, |id| take(BlockerId(id)));
+        }
+    }
     match blockers.len() {
         0 => return Visible::ALL,
         1..=MANY => {}
-        _ => return visible_by_rays(pair, 1.0, model, rays),
+        _ => return visible_by_rays(pair, model, rays),
     }
-    blockers.sort_by_key(|c| c.group);
-    let hidden = hidden(pair, blockers, view);
+    let hidden = hidden(pair, blockers, (&model.blockers, model.touching), view);
     if !hidden.all.is_finite() {
-        return visible_by_rays(pair, 1.0, model, rays);
+        return visible_by_rays(pair, model, rays);
     }
     if hidden.all <= 0.0 {
         return Visible::ALL;
     }
-    if hidden.gap() > OVERLAP {
-        let least = (1.0 - hidden.most / hidden.all).clamp(0.0, 1.0);
-        let most = (1.0 - hidden.least / hidden.all).clamp(0.0, 1.0);
-        let by_rays = visible_by_rays(pair, hidden.gap(), model, rays);
-        return Visible { fraction: by_rays.fraction.clamp(least, most), ..by_rays };
+    let fraction = match hidden.hidden / hidden.all {
+        nothing if nothing < NOISE => return Visible::ALL,
+        all if all > 1.0 - NOISE => 0.0,
+        hidden => 1.0 - hidden,
+    };
+    let found = Visible { fraction, square_error: hidden.square_error / (hidden.all * hidden.all) };
+    if found.square_error <= UNSURE.max(pair.tolerance).powi(2) {
+        return found;
     }
-    let fraction = (1.0 - hidden.hidden / hidden.all).clamp(0.0, 1.0);
-    let error = 0.5 * hidden.spread() / f64::from(hidden.points);
-    Visible { fraction, square_error: error.powi(2) }
+    let by_rays = visible_by_rays(pair, model, rays);
+    if by_rays.square_error < found.square_error { by_rays } else { found }
 }

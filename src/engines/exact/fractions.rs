@@ -1,0 +1,78 @@
+//! The 16 points that look from a triangle, and what is hidden from each.
+
+use crate::simd::LANES;
+
+/// The error of the middle of a range over its width, if all of it is equally likely.
+const UNIFORM: f64 = 0.288_675_134_594_812_9;
+
+/// Points of a triangle: the centroids of its 16 sub-triangles.
+pub(super) const POINTS: [[f64; 3]; LANES] = {
+    let mut points = [[0.0; 3]; LANES];
+    let (mut i, mut k) = (0, 0);
+    while i < 4 {
+        let mut j = 0;
+        while j < 4 - i {
+            let (x, y) = (i as f64, j as f64);
+            let (u, v) = ((x + 1.0 / 3.0) / 4.0, (y + 1.0 / 3.0) / 4.0);
+            points[k] = [1.0 - u - v, u, v];
+            k += 1;
+            if j < 3 - i {
+                let (u, v) = ((x + 2.0 / 3.0) / 4.0, (y + 2.0 / 3.0) / 4.0);
+                points[k] = [1.0 - u - v, u, v];
+                k += 1;
+            }
+            j += 1;
+        }
+        i += 1;
+    }
+    points
+};
+
+/// The points that are the centroids of the triangle's quarters.
+pub(super) const OF_QUARTERS: [usize; 4] = {
+    let centroids = [[2, 2], [8, 2], [2, 8], [4, 4]];
+    let mut found = [0; 4];
+    let mut q = 0;
+    while q < 4 {
+        let mut k = 0;
+        while k < LANES {
+            let (u, v) = (12.0 * points_uv(k).0, 12.0 * points_uv(k).1);
+            let (du, dv) = (u - centroids[q][0] as f64, v - centroids[q][1] as f64);
+            if du * du + dv * dv < 1e-6 {
+                found[q] = k;
+            }
+            k += 1;
+        }
+        q += 1;
+    }
+    found
+};
+
+const fn points_uv(k: usize) -> (f64, f64) {
+    (POINTS[k][1], POINTS[k][2])
+}
+
+/// Fractions that are hidden from 16 points.
+#[derive(Clone)]
+pub(super) struct Fractions {
+    /// Between these, whatever overlaps.
+    pub least: [f32; LANES],
+    pub most: [f32; LANES],
+    /// If blockers of different sheets hide independently of each other.
+    pub likely: [f32; LANES],
+}
+
+impl Fractions {
+    /// Sets what is hidden from one point, and how wide a range is left for it.
+    pub fn set(&mut self, l: usize, hidden: f32, width: f32) {
+        self.likely[l] = hidden;
+        self.least[l] = (hidden - 0.5 * width).max(0.0);
+        self.most[l] = (hidden + 0.5 * width).min(1.0);
+    }
+}
+
+/// The error of what is hidden for not knowing what overlaps, in the unit of the weights.
+pub(super) fn uncertainty(found: &Fractions, weights: &[f64; LANES]) -> f64 {
+    let widths = found.least.iter().zip(&found.most).map(|(a, b)| f64::from(b - a));
+    UNIFORM * widths.zip(weights).map(|(width, weight)| width * weight).sum::<f64>()
+}
