@@ -17,6 +17,12 @@ use super::pair_rays::{RayBuffers, visible_by_rays};
 /// A pair with more blockers is left to rays.
 const MANY: usize = 64;
 
+/// What is seen less than this fraction of what a pair may err by, within bounds, is not seen:
+/// where blockers meet and where they are cut off along the horizon, rounding leaves slits.
+const SLIT: f64 = 0.5;
+const LEAST_SLIT: f64 = 1e-4;
+const MOST_SLIT: f64 = 1e-3;
+
 /// Planes about a pair may cut off this fraction of the distance at which blockers touch.
 const HULL: f64 = 1e-3;
 
@@ -61,9 +67,10 @@ pub(super) fn visible(pair: &Pair<'_>, model: &Model<'_>, buffers: &mut PairBuff
     if hidden.all <= 0.0 {
         return Visible::ALL;
     }
+    let slit = (SLIT * pair.tolerance).clamp(LEAST_SLIT, MOST_SLIT);
     let fraction = match hidden.hidden / hidden.all {
         nothing if nothing < NOISE => return Visible::ALL,
-        all if all > 1.0 - NOISE => 0.0,
+        all if all > 1.0 - slit => 0.0,
         hidden => 1.0 - hidden,
     };
     let found = Visible { fraction, square_error: hidden.square_error / (hidden.all * hidden.all) };
