@@ -12,6 +12,7 @@ use std::collections::HashMap;
 use glam::DVec3;
 
 use super::convex::{convex_polygons, joined};
+use crate::scene::box_tree::{Bounds, BoxTree};
 use crate::scene::disjoint_sets::DisjointSets;
 use crate::scene::edges::{EdgeUse, edge_uses, shared};
 use crate::scene::{Geometry, Side};
@@ -61,9 +62,11 @@ impl Blocker {
 }
 
 /// All blockers of a scene.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Default)]
 pub(super) struct Blockers {
     pub polygons: Vec<Blocker>,
+    /// The boxes about them.
+    pub tree: BoxTree,
     /// Those that share an edge with each, one after the other, and where those of each begin.
     neighbours: Vec<BlockerId>,
     starts: Vec<u32>,
@@ -104,6 +107,8 @@ impl Blockers {
                 rim: false,
             });
         }
+        let boxes: Vec<Bounds> = me.polygons.iter().map(|p| (p.low, p.high)).collect();
+        me.tree = BoxTree::new(&boxes);
         me.find_neighbours(&uses, &polygon_of);
         me.find_surfaces(geometry, &uses, &polygon_of, coplanar);
         me
@@ -164,18 +169,25 @@ impl Blockers {
         }
     }
 
-    /// Whether faces with this rim stand on another polygon.
+    /// Whether faces with this rim stand on another polygon: three at least, as fewer enclose
+    /// nothing.
     fn stands(&self, faces: &[(u32, BlockerId)], rim: &[DVec3], coplanar: f64) -> bool {
         let corners = || faces.iter().flat_map(|f| &self.polygon(f.1).corners);
         let (low, high) = rim
             .iter()
             .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), &p| (l.min(p), h.max(p)));
-        self.polygons.iter().any(|ground| {
-            (low + coplanar).cmpge(ground.low).all()
-                && (high - coplanar).cmple(ground.high).all()
-                && rim.iter().all(|&p| ground.holds(p, coplanar))
-                && corners().all(|&p| ground.height(p) >= -coplanar)
-        })
+        let apart = |from: DVec3, to: DVec3| {
+            (low + coplanar).cmplt(from).any() || (high - coplanar).cmpgt(to).any()
+        };
+        let mut stands = false;
+        if faces.len() >= 3 {
+            self.tree.near(apart, |k| {
+                let ground = self.polygon(BlockerId(k));
+                stands |= rim.iter().all(|&p| ground.holds(p, coplanar))
+                    && corners().all(|&p| ground.height(p) >= -coplanar);
+            });
+        }
+        stands
     }
 }
 

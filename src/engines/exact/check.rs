@@ -3,7 +3,6 @@
 
 use rayon::prelude::*;
 
-use super::far::{CLOSELY, exchange_with};
 use super::model::Model;
 use super::pair::Pair;
 use super::pair_rays::{RayBuffers, trace};
@@ -21,8 +20,12 @@ const ROWS_A_PAIR: usize = 16;
 const LEAST_PAIRS: usize = 16;
 const MOST_PAIRS: usize = 96;
 
-/// Rays of each.
+/// Rays of each, shared out among the pieces of its patches, with some for each.
 const RAYS: usize = 1024;
+const LEAST_RAYS: usize = 2 * LANES;
+
+/// What pieces exchange with nothing in the way may err by this fraction of the smaller patch.
+const TOLERANCE: f64 = 1e-9;
 
 /// What is more than this many standard errors above nothing is no chance.
 const SIGNIFICANT: f64 = 2.0;
@@ -62,7 +65,9 @@ fn draw(model: &Model<'_>) -> Vec<[Place; 2]> {
             u < 0.0
         });
         let i = row.or(rows.last())?.0;
-        let squares = squares_of(model, i);
+        let mut row = Vec::new();
+        let exchange = model.unoccluded_row(i, &mut row).map(Option::unwrap_or_default);
+        let squares: Vec<f64> = exchange.map(|s| s * s).collect();
         v *= squares.iter().sum::<f64>();
         let column = squares.iter().position(|&square| {
             v -= square;
@@ -73,54 +78,40 @@ fn draw(model: &Model<'_>) -> Vec<[Place; 2]> {
     (0..count).into_par_iter().filter_map(one).collect()
 }
 
-/// The squares of what a patch exchanges with each, with nothing in the way, up to a factor.
-fn squares_of(model: &Model<'_>, i: Place) -> Vec<f64> {
-    let n = model.len();
-    let mut row = vec![[0.0; LANES]; n.div_ceil(LANES)];
-    exchange_with(&model.far, i, Place(0), &mut row);
-    let scale2 = model.bvh.scale().powi(2);
-    let square = |(j, &s): (u32, &f32)| match s {
-        CLOSELY => model.unoccluded(i, Place(j)).powi(2),
-        s => (f64::from(s) * scale2).powi(2),
-    };
-    (0..).zip(&row.as_flattened()[..n]).map(square).collect()
-}
-
-/// The square of the difference between a visible fraction as found and as traced, less what rays
-/// err by, and the square of the fraction.
+/// The square of the difference between what a pair exchanges as found and as traced, less what
+/// rays err by, and the square of what was found: both over the square of the exchange with
+/// nothing in the way.
 fn compared(pairs: &Pairs<'_>, [i, j]: [Place; 2]) -> Option<[f64; 2]> {
     let model = &pairs.model;
-    let [a, b] = if i < j { [i, j] } else { [j, i] };
-    let (Some(p), Some(q)) = (model.pieces(a).first(), model.pieces(b).first()) else {
-        return None;
-    };
-    if a == b || !model.is_simple(a) || !model.is_simple(b) {
-        return None;
-    }
-    let polygons = facing(&p.polygon, &q.polygon, model.coplanar)?;
-    let unoccluded = exchange(&polygons.0, &polygons.1, 1e-9 * model.area(a).min(model.area(b)));
-    if unoccluded <= 0.0 {
-        return None;
-    }
-    let mut buffers = TileBuffers::default();
+    let both = if i < j { [i, j] } else { [j, i] };
     let mut found = 0.0;
-    let tiles = [a, b].map(|at| model.tree.tile_of(at));
-    pairs.task(Wanted::Pair([a, b])).tile(tiles, &mut buffers, |x, y, s| {
-        found = if [x, y] == [a, b] { f64::from(s) } else { found };
+    let tiles = both.map(|at| model.tree.tile_of(at));
+    pairs.task(Wanted::Pair(both)).tile(tiles, &mut TileBuffers::default(), |x, y, s| {
+        found = if [x, y] == both { f64::from(s) } else { found };
     });
-    let fraction = found / unoccluded;
-    let pair = Pair {
-        pieces: [p, q],
-        polygons: polygons.into(),
-        blockers: None,
-        tolerance: 0.0,
-        work: 0,
-        exchange: unoccluded,
-        seed: pair_seed(0, [a, b]) ^ SEED,
-    };
-    let [(all, clear), (other, other_clear)] =
-        trace(&pair, model, RAYS, &mut RayBuffers::default());
-    let noise = square_error([all, other], [clear, other_clear])?;
-    let traced = (clear + other_clear) / (all + other);
-    Some([(fraction - traced).powi(2) - noise, fraction * fraction])
+    let [a, b] = both.map(|at| model.pieces(at));
+    let tolerance = TOLERANCE * model.area(i).min(model.area(j));
+    let rays = (RAYS / (a.len() * b.len()).max(1)).next_multiple_of(LANES).max(LEAST_RAYS);
+    let mut buffers = RayBuffers::default();
+    let (mut all, mut traced, mut noise) = (0.0, 0.0, 0.0);
+    for (p, q) in a.iter().flat_map(|p| b.iter().map(move |q| (p, q))) {
+        let Some(polygons) = facing(&p.polygon, &q.polygon, model.coplanar) else { continue };
+        let exchange = exchange(&polygons.0, &polygons.1, tolerance);
+        let pair = Pair {
+            pieces: [p, q],
+            polygons: polygons.into(),
+            blockers: None,
+            tolerance: 0.0,
+            work: 0,
+            exchange,
+            seed: pair_seed(0, both) ^ SEED,
+        };
+        let [(even, clear), (odd, odd_clear)] = trace(&pair, model, rays, &mut buffers);
+        let Some(error) = square_error([even, odd], [clear, odd_clear]) else { continue };
+        all += exchange;
+        traced += exchange * (clear + odd_clear) / (even + odd);
+        noise += exchange * exchange * error;
+    }
+    let unit = 1.0 / (all * all);
+    (all > 0.0).then(|| [unit * ((found - traced).powi(2) - noise), unit * found * found])
 }

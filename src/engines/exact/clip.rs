@@ -80,11 +80,9 @@ impl Hull {
                     let (out, up) = (outward.dot(*c - from), p.normal.dot(*c - from));
                     out / (up.max(0.0) * edge.length()).max(f64::MIN_POSITIVE)
                 };
-                let key = |c: &&DVec3| cotangent(c);
-                let Some(&outermost) = q.corners().iter().max_by(|x, y| key(x).total_cmp(&key(y)))
-                else {
-                    continue;
-                };
+                let outermost =
+                    q.corners().iter().max_by(|x, y| cotangent(x).total_cmp(&cotangent(y)));
+                let Some(&outermost) = outermost else { continue };
                 let normal = (outermost - from).cross(edge).normalize_or_zero();
                 let normal = if normal.dot(outward) < 0.0 { -normal } else { normal };
                 // Where polygons touch, the plane may be anything.

@@ -44,6 +44,12 @@ const BY_SPREAD: f64 = 0.01;
 /// differ by this for rounding.
 const AGREE: f32 = 1e-3;
 
+/// The part of the error allowed that not knowing what overlaps may make.
+const BY_OVERLAP: f64 = 0.7;
+
+/// A point is sure enough if its own range is less than this part of that.
+const NEARLY: f64 = 0.3;
+
 /// The width of a range that is as uncertain as numbers of this standard deviation, of which a
 /// dozen average out.
 const ALIKE: f32 = 1.0;
@@ -202,10 +208,12 @@ impl View<'_> {
         let mut found = self.fractions(origin, area);
         let weights = self.buffers.target.weight.map(|w| f64::from(w) * area);
         let all: f64 = weights.iter().sum();
-        let allowed = 0.7 * self.pair.tolerance * (PI * self.pair.exchange * all).sqrt();
-        if uncertainty(&found, &weights) > allowed
-            || self.overlaps_itself((&points, near), y, &found)
-        {
+        let allowed = BY_OVERLAP * self.pair.tolerance * (PI * self.pair.exchange * all).sqrt();
+        if self.overlaps_itself((&points, near), y, &found) {
+            // Then what a sheet hides is less than its polygons do one by one.
+            found.least = [0.0; LANES];
+        }
+        if uncertainty(&found, &weights) > allowed {
             self.subtract((&points, near), y, (&weights, allowed), &mut found);
         }
         let fractions: [f64; LANES] = std::array::from_fn(|l| f64::from(found.likely[l]));
@@ -302,13 +310,15 @@ impl View<'_> {
         found: &mut Fractions,
     ) {
         let all: f64 = weights.iter().sum();
-        let slack = ((0.3 * allowed / all.max(f64::MIN_POSITIVE)) as f32).max(AGREE);
+        let slack = ((NEARLY * allowed / all.max(f64::MIN_POSITIVE)) as f32).max(AGREE);
         self.blockers.sort_by(|a, b| b.hides.total_cmp(&a.hides).then(a.id.cmp(&b.id)));
         let unsure = |found: &Fractions, l: usize| found.most[l] - found.least[l] > slack;
         // Where it lies between the least and the most, as four points tell.
         let (mut sum, mut squares, mut count) = (0.0_f32, 0.0_f32, 0.0_f32);
-        for l in OF_QUARTERS.into_iter().filter(|&l| unsure(found, l)).collect::<Vec<_>>() {
-            if let Some(hidden) = self.subtracted(points, l, y) {
+        for l in OF_QUARTERS {
+            if unsure(found, l)
+                && let Some(hidden) = self.subtracted(points, l, y)
+            {
                 let way = (hidden - found.least[l]) / (found.most[l] - found.least[l]);
                 let way = way.clamp(0.0, 1.0);
                 (sum, squares, count) = (sum + way, squares + way * way, count + 1.0);
@@ -319,9 +329,8 @@ impl View<'_> {
             let mean = sum / count;
             let deviation =
                 ((squares / count - mean * mean).max(0.0) * count / (count - 1.0)).sqrt();
-            let rest = (0..LANES).filter(|&l| unsure(found, l)).collect::<Vec<_>>();
             let mut likely = found.clone();
-            for &l in &rest {
+            for l in (0..LANES).filter(|&l| unsure(found, l)) {
                 let width = found.most[l] - found.least[l];
                 likely.set(l, found.least[l] + mean * width, ALIKE * deviation.max(FEW) * width);
             }

@@ -29,28 +29,7 @@ pub(super) const POINTS: [[f64; 3]; LANES] = {
 };
 
 /// The points that are the centroids of the triangle's quarters.
-pub(super) const OF_QUARTERS: [usize; 4] = {
-    let centroids = [[2, 2], [8, 2], [2, 8], [4, 4]];
-    let mut found = [0; 4];
-    let mut q = 0;
-    while q < 4 {
-        let mut k = 0;
-        while k < LANES {
-            let (u, v) = (12.0 * points_uv(k).0, 12.0 * points_uv(k).1);
-            let (du, dv) = (u - centroids[q][0] as f64, v - centroids[q][1] as f64);
-            if du * du + dv * dv < 1e-6 {
-                found[q] = k;
-            }
-            k += 1;
-        }
-        q += 1;
-    }
-    found
-};
-
-const fn points_uv(k: usize) -> (f64, f64) {
-    (POINTS[k][1], POINTS[k][2])
-}
+pub(super) const OF_QUARTERS: [usize; 4] = [1, 13, 5, 9];
 
 /// Fractions that are hidden from 16 points.
 #[derive(Clone)]
@@ -75,4 +54,20 @@ impl Fractions {
 pub(super) fn uncertainty(found: &Fractions, weights: &[f64; LANES]) -> f64 {
     let widths = found.least.iter().zip(&found.most).map(|(a, b)| f64::from(b - a));
     UNIFORM * widths.zip(weights).map(|(width, weight)| width * weight).sum::<f64>()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn four_points_are_the_centroids_of_the_quarters() {
+        let (sixth, rest) = (1.0 / 6.0, 2.0 / 3.0);
+        let third = 1.0 / 3.0;
+        let centroids =
+            [[rest, sixth, sixth], [sixth, rest, sixth], [sixth, sixth, rest], [third; 3]];
+        for (l, centroid) in OF_QUARTERS.into_iter().zip(centroids) {
+            assert!(POINTS[l].iter().zip(centroid).all(|(a, b)| (a - b).abs() < 1e-12));
+        }
+    }
 }

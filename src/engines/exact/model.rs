@@ -15,9 +15,8 @@ use super::triangles::Triangles;
 use super::unoccluded::exchange;
 use crate::patches::{PatchId, Patches};
 use crate::scene::Geometry;
-use crate::scene::box_tree::{Bounds, BoxTree};
 use crate::simd::LANES;
-use crate::visibility::{Bvh, ROUNDING};
+use crate::visibility::{Bvh, Lanes, ROUNDING};
 
 /// Heights below this fraction of the scene's radius are none: what lies in one plane exchanges
 /// nothing.
@@ -31,7 +30,6 @@ pub(super) struct Model<'a> {
     pub bvh: &'a Bvh,
     pub tree: Tree,
     pub blockers: Blockers,
-    pub blocker_tree: BoxTree,
     pub far: FarPatches,
     /// All pieces.
     pub shapes: Triangles,
@@ -79,11 +77,9 @@ impl<'a> Model<'a> {
             let range = node.places.range();
             node.patch_area = areas[range.clone()].iter().sum::<f64>() / range.len() as f64;
         }
-        let boxes: Vec<Bounds> = blockers.polygons.iter().map(|p| (p.low, p.high)).collect();
         let mut me = Self {
             bvh,
             tree,
-            blocker_tree: BoxTree::new(&boxes),
             blockers,
             far: FarPatches::new(error),
             shapes: Triangles::default(),
@@ -128,15 +124,9 @@ impl<'a> Model<'a> {
     fn sample_rows(&self) -> Vec<(Place, f64, usize)> {
         const ROWS: usize = 256;
         let n = self.len();
-        let scale2 = self.bvh.scale().powi(2);
         let square_sum = |row: &mut Vec<_>, i: Place| {
-            row.resize(n.div_ceil(LANES), [0.0; LANES]);
-            exchange_with(&self.far, i, Place(0), row);
-            let each = (0..).map(Place).zip(&row.as_flattened()[..n]).filter(|e| *e.1 != 0.0);
-            let squares = each.map(|(j, &s)| {
-                let s = if s == CLOSELY { self.unoccluded(i, j) } else { f64::from(s) * scale2 };
-                (s / self.area(i)).powi(2)
-            });
+            let inverse = 1.0 / self.area(i);
+            let squares = self.unoccluded_row(i, row).flatten().map(|s| (s * inverse).powi(2));
             let (sum, count) = squares.fold((0.0, 0), |(sum, count), s| (sum + s, count + 1));
             (i, sum, count)
         };
@@ -155,9 +145,28 @@ impl<'a> Model<'a> {
         }
     }
 
+    /// S of a patch with each, in the order of the tree, with nothing in the way; `None` where they
+    /// face away from each other. `row` is reused.
+    pub fn unoccluded_row<'b>(
+        &'b self,
+        i: Place,
+        row: &'b mut Vec<Lanes>,
+    ) -> impl Iterator<Item = Option<f64>> + 'b {
+        let n = self.len();
+        row.resize(n.div_ceil(LANES), [0.0; LANES]);
+        exchange_with(&self.far, i, Place(0), row);
+        let scale2 = self.bvh.scale().powi(2);
+        let each = (0..).map(Place).zip(&row.as_flattened()[..n]);
+        each.map(move |(j, &s)| match s {
+            0.0 => None,
+            CLOSELY => Some(self.unoccluded(i, j)),
+            s => Some(f64::from(s.abs()) * scale2),
+        })
+    }
+
     /// S of a pair with nothing in the way; of patches of several pieces, that of the first of them
     /// stands for all.
-    pub fn unoccluded(&self, i: Place, j: Place) -> f64 {
+    fn unoccluded(&self, i: Place, j: Place) -> f64 {
         let (Some(p), Some(q)) = (self.pieces(i).first(), self.pieces(j).first()) else {
             return 0.0;
         };

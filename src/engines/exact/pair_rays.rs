@@ -15,6 +15,9 @@ use crate::visibility::Packet;
 const STRATIFIED: f64 = 0.5;
 const FALL: f64 = 0.63;
 
+/// The error of this many rays that all agree is this over their number.
+const UNANIMOUS: f64 = 0.5;
+
 /// The first rays of a pair, which tell how many it takes.
 const LEAST_RAYS: usize = 64;
 
@@ -42,10 +45,14 @@ pub(super) fn visible_by_rays(
         if a + b <= 0.0 {
             return Visible::ALL;
         }
-        let square_error = square_error([a, b], [p, q]).unwrap_or(1.0);
         let fraction = (p + q) / (a + b);
-        if rays >= most || fraction <= 0.0 || fraction >= 1.0 {
-            return Visible { fraction, square_error };
+        // Where all rays agree, one more might not.
+        let unseen = UNANIMOUS / rays as f64;
+        let unanimous = fraction <= 0.0 || fraction >= 1.0;
+        if rays >= most || unanimous && unseen <= pair.tolerance {
+            let by_halves = square_error([a, b], [p, q]).unwrap_or(1.0);
+            let least = if unanimous { unseen * unseen } else { 0.0 };
+            return Visible { fraction, square_error: by_halves.max(least) };
         }
         rays = (4 * rays).min(most);
     }

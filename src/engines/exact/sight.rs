@@ -64,7 +64,7 @@ impl Sights {
         self.shaft.between(a, b);
         let Self { shaft, pending, .. } = self;
         let outside = |low, high| shaft.misses_box(low, high);
-        model.blocker_tree.near(outside, |q| pending.push(BlockerId(q)));
+        model.blockers.tree.near(outside, |q| pending.push(BlockerId(q)));
         self.descend(sorting, nodes, 0..self.pending.len());
     }
 

@@ -52,7 +52,7 @@ pub(super) fn visible(pair: &Pair<'_>, model: &Model<'_>, buffers: &mut PairBuff
         Some(ids) => ids.iter().for_each(|&id| take(id)),
         None => {
             let outside = |low, high| hull.misses_box(low, high);
-            model.blocker_tree.near(outside, |id| take(BlockerId(id)));
+            model.blockers.tree.near(outside, |id| take(BlockerId(id)));
         }
     }
     match blockers.len() {
@@ -67,13 +67,16 @@ pub(super) fn visible(pair: &Pair<'_>, model: &Model<'_>, buffers: &mut PairBuff
     if hidden.all <= 0.0 {
         return Visible::ALL;
     }
+    let seen = 1.0 - hidden.hidden / hidden.all;
+    if seen > 1.0 - NOISE {
+        return Visible::ALL;
+    }
     let slit = (SLIT * pair.tolerance).clamp(LEAST_SLIT, MOST_SLIT);
-    let fraction = match hidden.hidden / hidden.all {
-        nothing if nothing < NOISE => return Visible::ALL,
-        all if all > 1.0 - slit => 0.0,
-        hidden => 1.0 - hidden,
-    };
-    let found = Visible { fraction, square_error: hidden.square_error / (hidden.all * hidden.all) };
+    let mut found =
+        Visible { fraction: seen, square_error: hidden.square_error / (hidden.all * hidden.all) };
+    if seen < slit {
+        found = Visible { fraction: 0.0, square_error: found.square_error + seen * seen };
+    }
     if found.square_error <= UNSURE.max(pair.tolerance).powi(2) {
         return found;
     }
