@@ -1,15 +1,18 @@
 //! The command line.
 
 mod factors;
+mod light;
+mod values;
 
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use glam::DVec3;
-use hemicube::engines::rays::MOST_SAMPLES;
-use hemicube::gather::{FEWEST_RAYS, MOST_RAYS};
 
 pub use factors::{FaceSides, Factors, GroupArg, with_group};
+pub use light::{ClusterArg, DeviceArg, DrawChoice, EngineArg, Light, SolverChoice};
+pub use values::{MOST_RADIANCE, size, vector};
+use values::{emission, exposure, photometry, point_rays, reflectance};
 
 /// Radiosity: pictures of scenes lit by the exchange of diffuse light.
 #[derive(Debug, Parser)]
@@ -208,99 +211,6 @@ pub enum SidesArg {
     Two,
 }
 
-/// How a scene is lit.
-#[derive(Debug, Clone, Args)]
-pub struct Light {
-    /// Largest area of a patch in m² [default: the area that yields about 20,000 patches, 5,000
-    /// without rays, 40,000 for probe, 10,000 if source triangles are joined]
-    #[arg(long, value_name = "AREA", allow_negative_numbers = true)]
-    pub patch_size: Option<f64>,
-
-    /// Join source triangles that are smaller than a patch: auto from 100,000 of them
-    #[arg(long, value_enum, default_value_t = ClusterArg::Auto, hide_short_help = true)]
-    pub cluster: ClusterArg,
-
-    /// Split adaptively: patches that any other sees under a larger form factor (0..1) are split
-    #[arg(long, value_name = "EPS", requires = "min_patch", allow_negative_numbers = true)]
-    pub max_factor: Option<f64>,
-
-    /// Adaptive splitting stops at patches of this area in m²
-    #[arg(long, value_name = "AREA", requires = "max_factor", allow_negative_numbers = true)]
-    pub min_patch: Option<f64>,
-
-    /// Who makes the form factors [default: rays; hemicube with its own flags or --max-factor]
-    #[arg(long, value_enum)]
-    pub engine: Option<EngineArg>,
-
-    /// Where hemicubes are made [default: cpu]
-    #[arg(long, value_enum)]
-    pub device: Option<DeviceArg>,
-
-    /// Pixels along a hemicube's top, even, 16 to 1024 [default: 128]
-    #[arg(long, value_name = "N")]
-    pub resolution: Option<usize>,
-
-    /// What is projected on the hemicubes [default: sources]
-    #[arg(long, value_enum, hide_short_help = true)]
-    pub draw: Option<DrawChoice>,
-
-    /// Rays a row, 32 to 65536 [default: 1024; 512 for probe]
-    #[arg(long, value_name = "N", value_parser = samples)]
-    pub samples: Option<usize>,
-
-    /// Choose rays and patches so that irradiance is known this well on 80 % of the surface, like
-    /// 1%; with --engine exact the error of form factors [default there: .1%]
-    #[arg(
-        long, value_name = "PERCENT", value_parser = percent, conflicts_with = "samples",
-        allow_negative_numbers = true
-    )]
-    pub error: Option<f64>,
-
-    /// Another seed gives other rays
-    #[arg(long, value_name = "N", hide_short_help = true)]
-    pub seed: Option<u32>,
-
-    /// Light by form factors that hemicube factors stored (.npz)
-    #[arg(long, value_name = "FILE", hide_short_help = true)]
-    pub factors: Option<PathBuf>,
-
-    /// How the energy balance is solved
-    #[arg(long, value_enum, default_value_t = SolverChoice::GaussSeidel, hide_short_help = true)]
-    pub solver: SolverChoice,
-
-    /// Memory that the work may take, like 800M or 4G [default: what is free]
-    #[arg(long, value_name = "SIZE", value_parser = bytes, hide_short_help = true)]
-    pub memory: Option<u64>,
-
-    /// Number of threads [default: one a core]
-    #[arg(short = 'j', long, value_name = "N", default_value_t = 0, hide_default_value = true)]
-    pub threads: usize,
-
-    /// Write what happened, with timings, as JSON
-    #[arg(long, value_name = "FILE", hide_short_help = true)]
-    pub report: Option<PathBuf>,
-
-    /// Say nothing but errors
-    #[arg(short, long, conflicts_with = "verbose")]
-    pub quiet: bool,
-
-    /// Say how long each stage took and where the light went
-    #[arg(short, long)]
-    pub verbose: bool,
-}
-
-impl Light {
-    /// The engine asked for, or the one that its flags belong to.
-    pub fn engine(&self) -> EngineArg {
-        let hemicubes = self.device.is_some() || self.resolution.is_some() || self.draw.is_some();
-        let default = match hemicubes || self.max_factor.is_some() {
-            true => EngineArg::Hemicube,
-            false => EngineArg::Rays,
-        };
-        self.engine.unwrap_or(default)
-    }
-}
-
 /// `hemicube render`.
 #[derive(Debug, Args)]
 pub struct Render {
@@ -393,62 +303,6 @@ pub enum Exposure {
     Stops(f64),
 }
 
-/// `--engine`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum EngineArg {
-    /// Rays from all over a patch, and direct light apart: fast, and right at contacts
-    Rays,
-    /// Each pair in closed form, times its visible share: for matrices, and as a reference
-    Exact,
-    /// A whole row at once from an item buffer
-    Hemicube,
-    /// One visibility ray a pair against every patch: the paper's baseline, slow
-    Classical,
-}
-
-/// `--cluster`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum ClusterArg {
-    /// In models of more than 100,000 sides that exchange light, and more than twice the patches
-    /// wanted
-    Auto,
-    /// Wherever neighbours have one material and lie nearly in one plane
-    On,
-    /// Never: a patch is at most one source triangle
-    Off,
-}
-
-/// `--device`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum DeviceArg {
-    /// The processor
-    Cpu,
-    /// A graphics card
-    Gpu,
-}
-
-/// `--draw`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum DrawChoice {
-    /// Source triangles; the patch under a pixel is looked up
-    Sources,
-    /// Every patch, as in the paper
-    Patches,
-}
-
-/// `--solver`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum SolverChoice {
-    /// Gathering with the newest values
-    GaussSeidel,
-    /// Gathering with the values of the last iteration
-    Jacobi,
-    /// Distributing the largest unshot flux first
-    Shooting,
-    /// Exactly, by dense LU: takes memory as the square of the number of patches
-    Direct,
-}
-
 /// `--tone`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum ToneChoice {
@@ -458,115 +312,4 @@ pub enum ToneChoice {
     Reinhard,
     /// Clipped at white
     Linear,
-}
-
-/// Three numbers with commas between.
-pub fn vector(text: &str) -> Result<DVec3, String> {
-    let parts: Vec<f64> = text
-        .split(',')
-        .map(str::trim)
-        .map(str::parse)
-        .collect::<Result<_, _>>()
-        .map_err(|_| format!("'{text}' is not three numbers; write them like 1.5,-2,0"))?;
-    match parts[..] {
-        [x, y, z] if parts.iter().all(|p| p.is_finite()) => Ok(DVec3::new(x, y, z)),
-        _ => Err(format!("'{text}' is not three numbers; write them like 1.5,-2,0")),
-    }
-}
-
-fn emission(text: &str) -> Result<(String, Emission), String> {
-    let wrong = || format!("'{text}' is not an emission; write it like lamp=10,10,8 or lamp=50%");
-    let (name, value) = text.rsplit_once('=').ok_or_else(wrong)?;
-    let emission = match value.strip_suffix('%') {
-        Some(percent) => {
-            let percent: f64 = percent.trim().parse().map_err(|_| wrong())?;
-            Emission::Share(percent / 100.0)
-        }
-        None => Emission::Radiance(vector(value).map_err(|_| wrong())?),
-    };
-    let valid = match emission {
-        Emission::Share(s) => (0.0..MOST_RADIANCE).contains(&s),
-        Emission::Radiance(r) => r.min_element() >= 0.0 && r.max_element() < MOST_RADIANCE,
-    };
-    if valid && !name.is_empty() { Ok((name.to_owned(), emission)) } else { Err(wrong()) }
-}
-
-fn photometry(text: &str) -> Result<(String, PathBuf), String> {
-    match text.split_once('=') {
-        Some((lamp, file)) if !lamp.is_empty() && !file.is_empty() => {
-            Ok((lamp.to_owned(), PathBuf::from(file)))
-        }
-        _ => Err(format!("'{text}' is no lamp and file; write it like bulb=bulb.ies")),
-    }
-}
-
-/// Radiances beyond this overflow when they are squared for a residual.
-pub const MOST_RADIANCE: f64 = 1e30;
-
-fn reflectance(text: &str) -> Result<f64, String> {
-    match text.parse() {
-        Ok(rho) if (0.0..1.0).contains(&rho) => Ok(rho),
-        _ => Err(format!("'{text}' is not a reflectance from 0 to below 1")),
-    }
-}
-
-/// Two whole numbers with an x between.
-pub fn size(text: &str) -> Result<(usize, usize), String> {
-    let wrong = || format!("'{text}' is not a size; write it like 800x600");
-    let (w, h) = text.split_once(['x', 'X']).ok_or_else(wrong)?;
-    Ok((w.parse().map_err(|_| wrong())?, h.parse().map_err(|_| wrong())?))
-}
-
-fn exposure(text: &str) -> Result<Exposure, String> {
-    if text == "auto" {
-        return Ok(Exposure::Auto);
-    }
-    match text.parse() {
-        Ok(stops) if (-100.0..=100.0).contains(&stops) => Ok(Exposure::Stops(stops)),
-        _ => Err(format!("'{text}' is neither auto nor a number of stops from -100 to 100")),
-    }
-}
-
-/// Per cent, with or without the sign, as a share of 1.
-pub fn percent(text: &str) -> Result<f64, String> {
-    /// Below it are the limits of single precision.
-    const LEAST: f64 = 1e-4;
-    match text.trim().trim_end_matches('%').trim_end().parse::<f64>() {
-        Ok(percent) if (LEAST..=100.0).contains(&percent) => Ok(percent / 100.0),
-        _ => Err(format!(
-            "'{text}' is not an error in per cent from {LEAST} to 100; write it like .1 or .1%, \
-             which both \
-             mean one in a thousand"
-        )),
-    }
-}
-
-fn samples(text: &str) -> Result<usize, String> {
-    match text.parse() {
-        Ok(n) if (32..=MOST_SAMPLES).contains(&n) => Ok(n),
-        _ => Err(format!("'{text}' is not a number of rays from 32 to {MOST_SAMPLES}")),
-    }
-}
-
-fn point_rays(text: &str) -> Result<usize, String> {
-    match text.parse() {
-        Ok(n) if (FEWEST_RAYS..=MOST_RAYS).contains(&n) => Ok(n),
-        _ => Err(format!("'{text}' is not a number of rays from {FEWEST_RAYS} to {MOST_RAYS}")),
-    }
-}
-
-fn bytes(text: &str) -> Result<u64, String> {
-    let wrong = || format!("'{text}' is not an amount of memory; write it like 800M or 4G");
-    let (number, shift) = match text.trim_end_matches(['b', 'B', 'i']).char_indices().last() {
-        Some((at, 'k' | 'K')) => (&text[..at], 10),
-        Some((at, 'm' | 'M')) => (&text[..at], 20),
-        Some((at, 'g' | 'G')) => (&text[..at], 30),
-        _ => (text, 0),
-    };
-    let number: f64 = number.trim().parse().map_err(|_| wrong())?;
-    if number.is_finite() && number > 0.0 {
-        Ok((number * f64::from(1_u32 << shift)) as u64)
-    } else {
-        Err(wrong())
-    }
 }

@@ -5,10 +5,8 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use super::{
-    ClusterArg, DeviceArg, DrawChoice, EngineArg, Light, Model, SolverChoice, bytes, percent,
-    samples,
-};
+use super::values::{bytes, percent, samples};
+use super::{ClusterArg, DeviceArg, DrawChoice, EngineArg, Light, Model, SolverChoice};
 
 pub const EXAMPLES: &str = "Examples:
   hemicube factors oven.stl --unit mm -o F.npz --surfaces surfaces.csv
