@@ -94,8 +94,9 @@ pub struct PairsReport {
     pub partly_hidden: u64,
     /// Rays that were to tell how much it hides.
     pub shadow_rays: u64,
-    /// Estimate of the root-mean-square error of the form factors over their root-mean-square,
-    /// 0..1: what visible fractions err by, as the differences between their points and rays tell.
+    /// Estimate of the root-mean-square error of the form factors over their root-mean-square, 0 or
+    /// more: as the points and rays that visible fractions come from tell by their differences,
+    /// raised where rows lose more, where one exceeds 1 by more, or where other rays prove more.
     pub error: f64,
 }
 
