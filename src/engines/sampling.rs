@@ -244,7 +244,7 @@ where
 /// A direction about the third axis, with a density proportional to the cosine (Malley's method: a
 /// uniform disk lifted to the hemisphere).
 #[inline(always)]
-fn cosine(u: f32, v: f32) -> [f32; 3] {
+pub(crate) fn cosine(u: f32, v: f32) -> [f32; 3] {
     let sin = u.sqrt();
     let (c, s) = turn(v);
     [sin * c, sin * s, (1.0 - u).sqrt()]

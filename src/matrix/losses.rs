@@ -1,12 +1,12 @@
 //! Rows that lose much of what they send out, and where it goes.
 
 use std::collections::HashSet;
-use std::f64::consts::TAU;
 
 use glam::DVec2;
 
 use super::names::Names;
 use super::report::{LossesReport, RowLoss};
+use crate::engines::sampling::cosine;
 use crate::form_factors::RowAccount;
 use crate::form_factors::closure::OPEN;
 use crate::patches::PatchId;
@@ -80,13 +80,13 @@ fn backs_of(named: &Names<'_>, id: PatchId, bvh: &Bvh) -> Option<String> {
     let geometry = named.geometry;
     let mut seen = vec![0_u32; geometry.surfaces.len()];
     for k in 0..RAYS {
-        let [x, y, z, w] = sobol_burley::sample_4d(k, 0, 0).map(f64::from);
-        let from = named.patches.sample_own(id, DVec2::new(x, y));
+        let [x, y, z, w] = sobol_burley::sample_4d(k, 0, 0);
+        let from = named.patches.sample_own(id, DVec2::new(f64::from(x), f64::from(y)));
         let normal = geometry.normal(from.triangle, from.side);
         let Frame { origin, axes: [t, u, n] } = Frame::on_surface(from.position(geometry), normal);
         // In proportion to the cosine with the normal, as a row weighs what it sees.
-        let (sin, cos) = (TAU * w).sin_cos();
-        let direction = (t * cos + u * sin) * z.sqrt() + n * (1.0 - z).sqrt();
+        let [x, y, z] = cosine(z, w).map(f64::from);
+        let direction = t * x + u * y + n * z;
         let Some(met) = bvh.see(origin, direction, Some(from.triangle)) else { continue };
         let surface = geometry.surface_of[met.triangle.index()] as usize;
         if met.side == Side::Back

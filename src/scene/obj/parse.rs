@@ -141,13 +141,10 @@ impl State {
     }
 
     fn use_material(&mut self, name: &str) {
-        let known = self.material_of_name.get(name).copied();
-        let index = known.unwrap_or_else(|| {
-            let index = self.obj.materials.len() as u32;
+        let (index, new) = number_of(&mut self.material_of_name, name);
+        if new {
             self.obj.materials.push(name.into());
-            self.material_of_name.insert(name.into(), index);
-            index
-        });
+        }
         if self.material != Some(index) {
             self.material = Some(index);
             if let Some(block) = self.blocks.last_mut() {
@@ -188,12 +185,10 @@ impl State {
             (object, group) if object == group => group.to_owned(),
             (object, group) => format!("{object}/{group}"),
         };
-        if let Some(&known) = self.surface_of_name.get(&name) {
-            return known;
+        let (index, new) = number_of(&mut self.surface_of_name, &name);
+        if new {
+            self.obj.surfaces.push(Named { name, object: object.clone() });
         }
-        let index = self.obj.surfaces.len() as u32;
-        self.obj.surfaces.push(Named { name: name.clone(), object: object.clone() });
-        self.surface_of_name.insert(name, index);
         index
     }
 
@@ -242,4 +237,14 @@ impl State {
             uv: uv.map(|uv| index(uv, self.obj.uvs.len(), "texture coordinate")).transpose()?,
         })
     }
+}
+
+/// The number of a name, in the order in which names come, and whether it is a new one.
+fn number_of(numbers: &mut HashMap<String, u32>, name: &str) -> (u32, bool) {
+    if let Some(&known) = numbers.get(name) {
+        return (known, false);
+    }
+    let number = numbers.len() as u32;
+    numbers.insert(name.into(), number);
+    (number, true)
 }
