@@ -33,6 +33,8 @@ pub struct Report {
     pub energy: Option<EnergyBalance>,
     /// The stages in order, with wall-clock seconds.
     pub stages: Vec<Stage>,
+    /// Bytes that the work was foretold to take.
+    pub foretold_memory_bytes: Option<u64>,
     /// Largest resident memory of the process in bytes, where the system tells.
     pub peak_memory_bytes: Option<u64>,
 }

@@ -30,9 +30,8 @@ fn as_file(mesh: Mesh, seed: u64) -> Mesh {
 
 /// A test for each mesh, which may fail on its own.
 macro_rules! meshes {
-    ($($(#[$ignored:meta])? $name:ident: $mesh:expr;)*) => {
+    ($($name:ident: $mesh:expr;)*) => {
         $(#[test]
-        $(#[$ignored])?
         fn $name() {
             check(stringify!($name), &$mesh);
         })*
@@ -52,22 +51,16 @@ meshes! {
     fins_turned: as_file(in_box(meshes::fins(300)), 10);
     honeycomb: as_file(in_box(meshes::honeycomb(400)), 11);
     ball_in_a_chest_in_a_room: as_file(meshes::nested(300), 12);
-    #[ignore = "contacts: rows of patches that something lies on (docs/limits.md)"]
     box_on_a_box: meshes::stacked(34);
-    #[ignore = "contacts: rows of patches that something lies on (docs/limits.md)"]
     box_on_a_box_turned: as_file(meshes::stacked(34), 15);
-    #[ignore = "contacts: rows of patches that something lies on (docs/limits.md)"]
     box_on_a_box_of_small_faces: meshes::stacked(300);
     gaps: meshes::gaps(400);
     gaps_turned: as_file(meshes::gaps(400), 13);
     large_faces_30: meshes::large_faces(30, 1);
     large_faces_30_turned: as_file(meshes::large_faces(30, 2), 2);
     large_faces_70: meshes::large_faces(70, 3);
-    #[ignore = "contacts: rows of patches that something lies on (docs/limits.md)"]
     large_faces_70_turned: as_file(meshes::large_faces(70, 4), 4);
-    #[ignore = "contacts: rows of patches that something lies on (docs/limits.md)"]
     large_faces_150: meshes::large_faces(150, 5);
-    #[ignore = "contacts: rows of patches that something lies on (docs/limits.md)"]
     large_faces_150_turned: as_file(meshes::large_faces(150, 6), 6);
 }
 

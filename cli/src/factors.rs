@@ -24,14 +24,15 @@ use crate::args::{EngineArg, FaceSides, Factors};
 use crate::failure::Failure;
 use crate::input;
 use crate::machine;
+use crate::outputs;
 use crate::remedy;
-use crate::render::{engine_of, ensure_folder, set_threads};
+use crate::render::{engine_of, set_threads};
 use crate::terminal::{Bar, catch_interrupts, print, say};
 
 /// Runs the command.
 pub fn run(args: &Factors) -> Result<(), Failure> {
     catch_interrupts();
-    set_threads(args.threads)?;
+    set_threads(args.run.threads)?;
     let format = format_of(args)?;
     let light = args.light();
     if light.engine() == EngineArg::Rays && args.error.is_some() {
@@ -49,15 +50,21 @@ pub fn run(args: &Factors) -> Result<(), Failure> {
         FaceSides::Two => SidesChoice::Two,
     };
     let scene = input::read_model(&args.model, sides, 0.9)?;
-    input::say_findings(&scene, args.quiet);
+    let files = [
+        ("-o", args.output.as_ref()),
+        ("--surfaces", args.surfaces.as_ref()),
+        ("--report", args.run.report.as_ref()),
+    ];
+    outputs::check(&files, &scene.files)?;
+    input::say_findings(&scene, args.run.quiet);
     let options = MatrixOptions {
         patch_size: args.patch_size,
         engine,
         enclosure: args.enclosure,
         threshold: args.threshold.unwrap_or_default(),
-        memory: args.memory.unwrap_or_else(machine::available_memory),
+        memory: args.run.memory.unwrap_or_else(machine::available_memory),
     };
-    let bar = Bar::new(args.quiet);
+    let bar = Bar::new(args.run.quiet);
     let mut store = |forecast: &_| room::store(args, format, forecast);
     let mut matrix =
         make_where(&scene.geometry, &options, &mut store, &bar).map_err(|e| failure_of(args, e))?;
@@ -65,10 +72,14 @@ pub fn run(args: &Factors) -> Result<(), Failure> {
     let start = Instant::now();
     let mut origin = matrix.origin(&scene.geometry);
     matrix.report.fingerprint.clone_from(&origin.fingerprint);
-    let grouping = args.group.map(|group| scene.grouping(group.by().0));
-    let lumped = grouping.map(|g| Lumped::new(&matrix, &scene.geometry, &g)).transpose();
-    let lumped = lumped.map_err(Failure::failed)?;
-    matrix.report.grouped_by = args.group.map(|group| group.by().1);
+    // Pieces of a face that a mask cuts are one row, unless faces are cut anyway.
+    let by_face = args.patch_size.is_none() && !scene.geometry.face_of.is_empty();
+    let lumped = match args.group.map(|group| scene.grouping(group.by().0)) {
+        Some(grouping) => Some(Lumped::new(&matrix, &scene.geometry, &grouping)),
+        None => by_face.then(|| Lumped::by_face(&matrix, &scene.geometry)),
+    };
+    let lumped = lumped.transpose().map_err(Failure::failed)?;
+    matrix.report.grouped_by = args.group.map(|group| group.by().1).or(by_face.then_some("face"));
     matrix.report.groups = lumped.as_ref().map(Rows::len);
     origin.lumped = lumped.is_some();
     match &lumped {
@@ -79,12 +90,12 @@ pub fn run(args: &Factors) -> Result<(), Failure> {
     let seconds = start.elapsed().as_secs_f64();
     matrix.report.stages.push(Stage { name: "write", seconds });
     matrix.report.peak_memory_bytes = machine::peak_memory();
-    if let Some(path) = &args.report {
+    if let Some(path) = &args.run.report {
         let json = serde_json::to_string_pretty(&matrix.report).map_err(Failure::failed)?;
         write_whole(path, json.as_bytes()).map_err(Failure::failed)?;
     }
-    if !args.quiet {
-        say::report(&matrix.report, args.verbose);
+    if !args.run.quiet {
+        say::report(&matrix.report, args.run.verbose);
         if let Some(text) = args.group.and_then(|group| group::of_one_group(&scene, group)) {
             say(&format!("warning: {text}"));
         }
@@ -101,9 +112,6 @@ pub fn run(args: &Factors) -> Result<(), Failure> {
 /// The format of the matrix (a table on stdout); refuses what cannot be written before any work is
 /// done.
 fn format_of(args: &Factors) -> Result<MatrixFormat, Failure> {
-    for path in [&args.output, &args.surfaces, &args.report].into_iter().flatten() {
-        ensure_folder(path)?;
-    }
     let table = |path: &&PathBuf| MatrixFormat::of(path) == Some(MatrixFormat::Csv);
     if let Some(path) = args.surfaces.as_ref().filter(|p| !table(p)) {
         return Err(Failure::Input(format!("{}: --surfaces is written as .csv", path.display())));
@@ -162,7 +170,7 @@ fn failure_of(args: &Factors, error: MatrixError) -> Failure {
             MatrixError::Engine(_) | MatrixError::NoAccount | MatrixError::Unwanted(_) => {
                 Failure::Input(text)
             }
-            _ => Failure::Input(format!("{scene}: {text}")),
+            _ => Failure::Input(format!("{}: {text}", scene.display())),
         }
     })
 }

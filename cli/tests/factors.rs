@@ -230,6 +230,8 @@ fn an_occluded_room_is_exact_by_default() {
     assert_eq!(report["engine"]["name"], "exact");
     assert!(report["pairs"]["partly_hidden"].as_u64().is_some_and(|n| n > 0));
     let error = report["pairs"]["error"].as_f64().unwrap();
+    let rounding = report["pairs"]["rounding"].as_f64().unwrap();
+    assert!(rounding > 1e-8 && rounding < 1e-5, "{rounding} m");
     // A row at the foot of the crate exceeds 1 by .2 %, and what is stated is not less than that.
     assert!(error > 0.0 && error < 3e-3, "{error} where .1 % is asked for");
     let table = bench.path("s.csv");

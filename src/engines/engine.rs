@@ -40,6 +40,11 @@ pub trait Engine: Send {
         None
     }
 
+    /// How many rows it makes in a fraction of a second: the caller can stop it after them.
+    fn rows_before_a_stop(&self) -> usize {
+        BLOCK
+    }
+
     /// Makes one row for each of `rows`, in `out` of the same length. The result depends neither on
     /// how rows are grouped nor on the number of threads.
     fn fill(&mut self, rows: &[PatchId], out: &mut [Row]) -> Result<(), EngineError>;
@@ -75,7 +80,15 @@ pub(super) fn in_blocks<E: Engine + ?Sized>(
             true => Ok(()),
             false => sink.take(RowBlock::of(last, &made[..last.len()])?),
         };
-        let (filled, taken) = rayon::join(|| engine.fill(block, &mut next[..block.len()]), taking);
+        let part = engine.rows_before_a_stop().clamp(1, BLOCK);
+        let filling = || -> Result<(), AssembleError> {
+            for (ids, rows) in block.chunks(part).zip(next.chunks_mut(part)) {
+                engine.fill(ids, &mut rows[..ids.len()])?;
+                progress.advance(0)?;
+            }
+            Ok(())
+        };
+        let (filled, taken) = rayon::join(filling, taking);
         filled?;
         taken?;
         progress.advance(last.len() as u64)?;
@@ -98,6 +111,9 @@ pub struct PairsReport {
     /// more: as the points and rays that visible fractions come from tell by their differences,
     /// raised where rows lose more, where one exceeds 1 by more, or where other rays prove more.
     pub error: f64,
+    /// How far coordinates are taken to be rounded, m: planes of neighbours that are closer are
+    /// one, and what lies closer touches.
+    pub rounding: f64,
 }
 
 /// Why an engine cannot be had, or could not make rows.
@@ -116,6 +132,9 @@ pub enum EngineError {
     /// Patches are clusters of source triangles, which this engine cannot use.
     #[error("the {0} engine cannot use clusters of source triangles")]
     Clusters(&'static str),
+    /// The caller cancelled.
+    #[error("cancelled")]
+    Cancelled(#[from] Cancelled),
 }
 
 /// Why the rows of a matrix were not made.

@@ -10,16 +10,16 @@
 //!    (`unoccluded`), along their `contour`s if need be; far pairs are summed over points, 16 at a
 //!    time (`triangles`, `far`).
 //! 2. *Blockers.* Solid triangles are joined to large `convex` polygons, which make up surfaces
-//!    (`blockers`).
+//!    (`blockers`). What a body stands on is covered (`coverings`), and exchanges nothing.
 //! 3. *Hierarchy.* Patches, which consist of `pieces`, have `places` in a `tree`, and blockers are
-//!    sorted out between two of its nodes (`shaft`). This is the scene as the engine keeps it
-//!    (`model`).
+//!    sorted out between two of its nodes (`shaft`), 16 at a time (`culling`). This is the scene as
+//!    the engine keeps it (`model`).
 //! 4. *Visible fraction.* Of a `pair` that is partly hidden, blockers are clipped (`clip`), and
 //!    what they hide of one polygon has a closed form for each point of the other (`occluded`,
 //!    `closed_form`). What connected blockers hide adds up (`sheets`); where several of them may
-//!    overlap, they are subtracted one after the other (`union`). Where there are too many, shadow
-//!    rays tell (`samples`, `points`, `pair_rays`); between touching patches these go by solid
-//!    angle. `visible` chooses.
+//!    overlap, they are subtracted one after the other (`union`). Where there are too many, or
+//!    where that takes more time than the factor is worth, shadow rays tell (`samples`, `points`,
+//!    `pair_rays`); between touching patches these go by solid angle. `visible` chooses.
 //! 5. *Many pairs.* Where sorting out many small blockers would take longer than rays, far pairs
 //!    get rays alone: the fewer, the less their factor weighs among all (`effort`), and packed
 //!    over neighbouring pairs (`shadow_rays`).
@@ -56,6 +56,8 @@ mod clip;
 mod closed_form;
 mod contour;
 mod convex;
+mod coverings;
+mod culling;
 mod effort;
 mod far;
 mod fractions;
@@ -90,7 +92,7 @@ use std::sync::OnceLock;
 use super::engine::{AssembleError, Engine, EngineError, PairsReport, in_blocks};
 use crate::form_factors::{Row, RowSink};
 use crate::patches::{PatchId, Patches};
-use crate::progress::Progress;
+use crate::progress::{Cancelled, Progress};
 use crate::scene::Geometry;
 use crate::visibility::Bvh;
 use budget::ray_scale;
@@ -122,25 +124,31 @@ const RULES: f64 = 0.3;
 pub struct Exact<'a> {
     pairs: Pairs<'a>,
     accounts: Accounts<'a>,
+    /// Hears what takes long, and may stop it.
+    progress: &'a dyn Progress,
     /// What a check by rays proved, once it is asked for.
     proven: OnceLock<f64>,
 }
 
 impl<'a> Exact<'a> {
     /// An engine for these patches; `bvh` is of the same geometry.
-    #[must_use]
+    ///
+    /// # Errors
+    /// If `progress` stops it: what it prepares takes as long as many rows.
     pub fn new(
         geometry: &'a Geometry,
         patches: &'a Patches,
         bvh: &'a Bvh,
         options: ExactOptions,
-    ) -> Self {
+        progress: &'a dyn Progress,
+    ) -> Result<Self, Cancelled> {
         let ExactOptions { error, seed } = options;
         let error = error.clamp(1e-6, 1.0);
-        let mut pairs = Pairs::new(Model::new(geometry, patches, bvh, error), error, seed);
-        pairs.effort.scale = ray_scale(&pairs);
+        let model = Model::new(geometry, patches, bvh, error, progress)?;
+        let mut pairs = Pairs::new(model, error, seed);
+        pairs.effort.scale = ray_scale(&pairs, progress)?;
         let accounts = Accounts::new(geometry, patches, bvh, seed);
-        Self { pairs, accounts, proven: OnceLock::new() }
+        Ok(Self { pairs, accounts, progress, proven: OnceLock::new() })
     }
 
     /// Pairs that exchange anything, those of them with a possible blocker, and shadow rays so far.
@@ -183,12 +191,18 @@ impl Engine for Exact<'_> {
 
     fn pairs(&self) -> Option<PairsReport> {
         let [evaluated, partly_hidden, shadow_rays] = self.counts();
-        Some(PairsReport { evaluated, partly_hidden, shadow_rays, error: self.estimate() })
+        let rounding = self.pairs.model.touching;
+        Some(PairsReport {
+            evaluated,
+            partly_hidden,
+            shadow_rays,
+            error: self.estimate(),
+            rounding,
+        })
     }
 
     fn fill(&mut self, rows: &[PatchId], out: &mut [Row]) -> Result<(), EngineError> {
-        rows::make(&self.pairs, &self.accounts, rows, out);
-        Ok(())
+        Ok(rows::make(&self.pairs, &self.accounts, rows, out, self.progress)?)
     }
 
     /// All rows are made together where they are kept, each pair evaluated once.

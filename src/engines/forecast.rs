@@ -16,6 +16,8 @@ pub struct SampleOfRows {
     pub distinct: f64,
     /// Bytes of a row as it was made.
     pub bytes: f64,
+    /// Share of rows that have any entry.
+    pub seeing: f64,
 }
 
 impl SampleOfRows {
@@ -24,7 +26,7 @@ impl SampleOfRows {
     pub fn at_most(engine: &dyn Engine) -> Option<Self> {
         let entries = engine.most_entries()?;
         let bytes = entries * entry_bytes(&Weights::Each(Vec::new())) as f64;
-        Some(Self { entries, distinct: entries, bytes })
+        Some(Self { entries, distinct: entries, bytes, seeing: 1.0 })
     }
 
     /// Makes some rows of `patches`, spread evenly over their ids.
@@ -36,12 +38,18 @@ impl SampleOfRows {
         let mean = |sum: u64| sum as f64 / ids.len().max(1) as f64;
         let entries = rows.iter().map(|r| r.columns.len() as u64).sum();
         let bytes = rows.iter().map(|r| r.columns.len() as u64 * entry_bytes(&r.weights)).sum();
+        let seeing = rows.iter().filter(|r| !r.columns.is_empty()).count() as u64;
         let distinct = |row: &mut Row| {
             row.columns.sort_unstable();
             row.columns.dedup();
             row.columns.len() as u64
         };
         let distinct = rows.iter_mut().map(distinct).sum();
-        Ok(Self { entries: mean(entries), distinct: mean(distinct), bytes: mean(bytes) })
+        Ok(Self {
+            entries: mean(entries),
+            distinct: mean(distinct),
+            bytes: mean(bytes),
+            seeing: mean(seeing),
+        })
     }
 }

@@ -10,6 +10,7 @@ use super::hemicube::{Draw, Hemicube, HemicubeOptions};
 use super::hemicube_gpu::HemicubeGpu;
 use super::rays::{Rays, RaysOptions};
 use crate::patches::Patches;
+use crate::progress::Progress;
 use crate::scene::Geometry;
 use crate::visibility::Bvh;
 
@@ -31,19 +32,21 @@ pub enum EngineOptions {
 
 impl EngineOptions {
     /// The engine for these patches. It keeps what it needs for rows under way within `memory`
-    /// bytes.
+    /// bytes, and hears from `progress` when it is to stop.
     ///
     /// # Errors
-    /// If options are out of range, or there is no graphics device.
+    /// If options are out of range, there is no graphics device, or `progress` stops it.
     pub fn engine<'a>(
         &self,
         geometry: &'a Geometry,
         patches: &'a Patches,
         bvh: &'a Bvh,
         memory: u64,
+        progress: &'a dyn Progress,
     ) -> Result<Box<dyn Engine + 'a>, EngineError> {
         #[cfg(not(feature = "gpu"))]
         let _ = memory;
+        patches.find_fragments(progress)?;
         Ok(match *self {
             Self::Hemicube(options) => Box::new(Hemicube::new(geometry, patches, options)?),
             #[cfg(feature = "gpu")]
@@ -55,7 +58,9 @@ impl EngineOptions {
                 Box::new(HemicubeGpu::new(geometry, patches, options, memory)?)
             }
             Self::Classical => Box::new(Classical::new(geometry, patches)),
-            Self::Exact(options) => Box::new(Exact::new(geometry, patches, bvh, options)),
+            Self::Exact(options) => {
+                Box::new(Exact::new(geometry, patches, bvh, options, progress)?)
+            }
             Self::Rays(options) => Box::new(Rays::new(geometry, patches, bvh, options)),
         })
     }

@@ -4,9 +4,13 @@
 //! A form factor is the mean of what a patch's points see, weighted by the cosine: rays that begin
 //! anywhere on the patch, uniformly in area, and go anywhere with a density proportional to the
 //! cosine, all have the same weight. A row is a list of what they hit, in two halves that know
-//! nothing of each other (`sampling.rs` says which rays they are). The rows of some patches are
-//! made together: neighbours, as a rule, whose rays in one direction pass the same boxes.
+//! nothing of each other (`sampling.rs` says which rays they are).
+//!
+//! Patches that lie close together and face the same way share packets: their rays in one direction
+//! pass the same boxes. Where normals spread, as on a finely curved surface, a packet has the rays
+//! of one patch in neighbouring directions instead.
 
+use std::f64::consts::PI;
 use std::sync::{Mutex, PoisonError};
 
 use glam::{DVec2, Vec3};
@@ -45,10 +49,20 @@ pub struct Rays<'a> {
     patches: &'a Patches,
     bvh: &'a Bvh,
     lookups: Lookups<'a>,
-    halves: [Table; 2],
+    /// For 1, 2, 4, ... patches that share packets: the rays of both halves.
+    tables: Vec<[Table; 2]>,
     seed: u32,
     traced: Mutex<Vec<Box<Traced>>>,
 }
+
+/// Patches share packets whose centres are at most this share of the angle of a packet's rays times
+/// the scene's radius apart, and whose normals differ by at most this share of that angle: as
+/// measured in flat rooms and on curved meshes.
+const APART: f64 = 0.35;
+const TURNED: f64 = 0.5;
+
+/// Rays traced before a caller is heard: a fraction of a second on most models.
+const RAYS_BEFORE_A_STOP: usize = 1 << 18;
 
 /// Packets that are traced at a time.
 const PACKETS: usize = 32;
@@ -82,17 +96,18 @@ impl<'a> Rays<'a> {
         options: RaysOptions,
     ) -> Self {
         let rays = options.samples.clamp(32, MOST_SAMPLES).next_power_of_two();
-        let sets = sets_together(patches, bvh, rays / 2);
-        let halves = [0, 1].map(|half| Table::new(rays / 2, 2 * options.seed + half, sets));
+        let tables = (0..=LANES.ilog2())
+            .map(|bits| [0, 1].map(|half| Table::new(rays / 2, 2 * options.seed + half, 1 << bits)))
+            .collect();
         let lookups = Lookups::new(bvh.ids(), patches);
         let traced = Mutex::new(Vec::new());
-        Self { geometry, patches, bvh, lookups, halves, seed: options.seed, traced }
+        Self { geometry, patches, bvh, lookups, tables, seed: options.seed, traced }
     }
 
     /// Rays a row.
     #[must_use]
     pub fn samples(&self) -> usize {
-        2 * self.halves[0].points()
+        2 * self.tables[0][0].points()
     }
 
     /// Makes one row.
@@ -100,11 +115,39 @@ impl<'a> Rays<'a> {
         self.together(&[id], std::slice::from_mut(row));
     }
 
-    /// Makes the rows of patches that share packets.
+    /// Makes the rows of some patches.
     fn together(&self, ids: &[PatchId], rows: &mut [Row]) {
         let mut traced = self.locked().pop().unwrap_or_default();
-        make_rows(self, ids, &mut traced, rows);
+        self.halve(ids, rows, &mut traced);
         self.locked().push(traced);
+    }
+
+    /// Halves a list of patches until those of each part can share packets.
+    fn halve(&self, ids: &[PatchId], rows: &mut [Row], traced: &mut Traced) {
+        let half = ids.len().next_power_of_two() / 2;
+        if half == 0 || (ids.len() == 2 * half && self.are_alike(ids)) {
+            return make_rows(self, ids, traced, rows);
+        }
+        let (first, second) = rows.split_at_mut(half);
+        self.halve(&ids[..half], first, traced);
+        self.halve(&ids[half..], second, traced);
+    }
+
+    /// Whether rays of patches in one direction part less than those of one patch in a packet.
+    fn are_alike(&self, ids: &[PatchId]) -> bool {
+        let view = |id: PatchId| {
+            let p = self.patches.center(id);
+            (p.position(self.geometry), self.geometry.normal(p.triangle, p.side))
+        };
+        let packets = self.tables[0][0].packets().len() as f64;
+        // Directions of a packet lie in an equal share of the hemisphere, as the cosine weighs it.
+        let angle = (PI / packets).sqrt();
+        let (place, normal) = view(ids[0]);
+        let (reach, turn) = (APART * angle * self.bvh.scale(), (TURNED * angle).cos());
+        ids.iter().all(|&id| {
+            let (p, n) = view(id);
+            p.distance(place) <= reach && n.dot(normal) >= turn
+        })
     }
 
     fn locked(&self) -> std::sync::MutexGuard<'_, Vec<Box<Traced>>> {
@@ -132,26 +175,20 @@ impl Engine for Rays<'_> {
         threads * size_of::<Traced>() as u64 + self.bvh.bytes()
     }
 
+    fn rows_before_a_stop(&self) -> usize {
+        let group = LANES * rayon::current_num_threads();
+        (RAYS_BEFORE_A_STOP / self.samples()).next_multiple_of(group).max(group)
+    }
+
     fn fill(&mut self, rows: &[PatchId], out: &mut [Row]) -> Result<(), EngineError> {
         let me = &*self;
-        let sets = self.halves[0].sets();
-        let groups = rows.par_chunks(sets).zip(out.par_chunks_mut(sets));
+        let groups = rows.par_chunks(LANES).zip(out.par_chunks_mut(LANES));
         groups.for_each(|(ids, rows)| me.together(ids, rows));
         Ok(())
     }
 }
 
-/// How many patches share packets, so that rays of one begin about as far apart as they end: many
-/// if patches are small beside what `rays` from one of them leave between each other.
-fn sets_together(patches: &Patches, bvh: &Bvh, rays: usize) -> usize {
-    let area: f64 = patches.ids().map(|i| patches.area(i)).sum();
-    let apart = bvh.scale() * (LANES as f64 * patches.len() as f64 / (rays as f64 * area)).sqrt();
-    // As measured in closed rooms.
-    let sets = (0.3 * apart) as usize;
-    sets.clamp(1, LANES).next_power_of_two()
-}
-
-/// Makes the rows of patches that share packets.
+/// Makes the rows of patches that share packets; as many as a power of two.
 fn make_rows(engine: &Rays<'_>, ids: &[PatchId], traced: &mut Traced, rows: &mut [Row]) {
     let (patches, geometry, bvh) = (engine.patches, engine.geometry, engine.bvh);
     let rays = engine.samples();
@@ -159,7 +196,8 @@ fn make_rows(engine: &Rays<'_>, ids: &[PatchId], traced: &mut Traced, rows: &mut
     traced.starts = Starts::NONE;
     // Sets whose rays begin where the patch is, and not all over its cell.
     let mut one_by_one = Vec::new();
-    let lanes = |set| engine.halves[0].lanes(set);
+    let halves = &engine.tables[ids.len().ilog2() as usize % engine.tables.len()];
+    let lanes = |set| halves[0].lanes(set);
     for (set, (&id, row)) in ids.iter().zip(rows.iter_mut()).enumerate() {
         let cell = patches.cell(id);
         let frame = Frame::on_surface(
@@ -181,7 +219,7 @@ fn make_rows(engine: &Rays<'_>, ids: &[PatchId], traced: &mut Traced, rows: &mut
         (row.environment, row.back, row.lost) = (0.0, 0.0, 0.0);
     }
     let share = 1.0 / rays as f64;
-    for (half, table) in engine.halves.iter().enumerate() {
+    for (half, table) in halves.iter().enumerate() {
         for (set, id) in ids.iter().enumerate() {
             let seed = engine.seed.wrapping_mul(2).wrapping_add(half as u32);
             let mask = table.mask(u64::from(id.0) << 32 | u64::from(seed));

@@ -61,11 +61,6 @@ impl Table {
         self.packets.len() * LANES / self.sets
     }
 
-    /// Sets that share a packet.
-    pub fn sets(&self) -> usize {
-        self.sets
-    }
-
     /// The lanes of a set, one after the other.
     pub fn lanes(&self, set: usize) -> Range<usize> {
         let cells = LANES / self.sets;

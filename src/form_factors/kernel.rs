@@ -64,9 +64,22 @@ impl Contour {
 
 /// `θ n·Γ` of one edge; 0 where both ends are seen in the same direction.
 fn edge(normal: DVec3, from: DVec3, to: DVec3) -> f64 {
-    let cross = from.cross(to);
-    let sin = cross.length();
-    if sin > 0.0 { normal.dot(cross) / sin * sin.atan2(from.dot(to)) } else { 0.0 }
+    let (cross, cos) = (from.cross(to), from.dot(to));
+    let square = cross.length_squared();
+    if cos > 0.0 && square < SHORT * cos * cos {
+        return normal.dot(cross) / cos * angle_by_tangent(square / (cos * cos));
+    }
+    let sin = square.sqrt();
+    if sin > 0.0 { normal.dot(cross) / sin * sin.atan2(cos) } else { 0.0 }
+}
+
+/// Below this square of the tangent of its angle an edge is short.
+const SHORT: f64 = 0.01;
+
+/// `θ / tan θ` for a short edge, given the square of the tangent, to the last bit or two.
+fn angle_by_tangent(square: f64) -> f64 {
+    let terms = [1.0, 1.0 / 3.0, 0.2, 1.0 / 7.0, 1.0 / 9.0, 1.0 / 11.0, 1.0 / 13.0, 1.0 / 15.0];
+    terms.iter().rev().fold(0.0, |sum, term| term - square * sum)
 }
 
 #[cfg(test)]
@@ -97,6 +110,17 @@ mod tests {
         assert!((parallel - 0.138_531_606).abs() < 1e-9, "{parallel}");
         let perpendicular = from_origin(&upright([0.0, 1.0], [0.0, 1.0]));
         assert!((perpendicular - 0.055_734_197).abs() < 1e-9, "{perpendicular}");
+    }
+
+    #[test]
+    fn short_edges_are_as_exact_as_long_ones() {
+        for k in 1..200 {
+            let angle = f64::from(k) * 1e-3;
+            let (from, to) = (DVec3::X * 3.0, dvec3(angle.cos(), angle.sin(), 0.0) * 0.2);
+            let found = edge(dvec3(0.6, 0.0, 0.8), from, to);
+            assert!((found - 0.8 * angle).abs() < 4e-16 * angle.max(0.1), "{angle}: {found}");
+        }
+        assert_eq!(edge(DVec3::Z, DVec3::X, DVec3::X), 0.0);
     }
 
     #[test]

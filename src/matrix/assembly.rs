@@ -65,7 +65,7 @@ pub(super) fn assemble(
         evaluated: after.evaluated - before.evaluated,
         partly_hidden: after.partly_hidden - before.partly_hidden,
         shadow_rays: after.shadow_rays - before.shadow_rays,
-        error: after.error,
+        ..after
     });
     let (report, lost) = (account.report(), account.lost());
     let Account { sums, covered, .. } = account;

@@ -43,6 +43,7 @@ impl Matrix {
             enclosure: self.report.closure.is_some(),
             threshold: self.report.threshold.map_or(0.0, |t| t.below),
             lumped: false,
+            checksum: String::new(),
         }
     }
 
@@ -76,7 +77,7 @@ impl Matrix {
         let account = self.account(i);
         let area = |p: PatchId| self.patches.own_area(p);
         SurfaceRow {
-            triangle: Some(face.triangle.0),
+            triangle: Some(geometry.face(face.triangle)),
             side: Some(face.side),
             name: self.name(geometry, i).to_owned(),
             area: face.patch.map_or_else(|| geometry.area(face.triangle), area),

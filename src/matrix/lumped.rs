@@ -24,6 +24,29 @@ pub struct Lumped {
 }
 
 impl Lumped {
+    /// Lumps the pieces of each of the file's triangles to one row, in the order of the file: first
+    /// all fronts, then all backs. Fails only where its rows are not in memory.
+    pub fn by_face(matrix: &Matrix, geometry: &Geometry) -> io::Result<Self> {
+        let of: Vec<u32> = geometry.ids().map(|t| geometry.face(t)).collect();
+        let count = geometry.faces() as u32;
+        let names = (0..count).map(|face| face.to_string()).collect();
+        let mut lumped = Self::new(matrix, geometry, &Grouping { names, of })?;
+        // Rows ascend as the file's triangles do, so the first of a face has the next new number.
+        let mut next = 0;
+        for face in &matrix.layout.faces {
+            let number =
+                geometry.face(face.triangle) + if face.side == Side::Back { count } else { 0 };
+            if number == next {
+                let surface = geometry.surface_of[face.triangle.index()] as usize;
+                let row = &mut lumped.surfaces[next as usize];
+                row.triangle = Some(geometry.face(face.triangle));
+                row.name = geometry.surfaces.get(surface).map_or("", |s| &s.name).to_owned();
+                next += 1;
+            }
+        }
+        Ok(lumped)
+    }
+
     /// Lumps a matrix to groups of the triangles that it is of. Fails only where its rows are not
     /// in memory.
     pub fn new(matrix: &Matrix, geometry: &Geometry, grouping: &Grouping) -> io::Result<Self> {
@@ -135,7 +158,8 @@ impl Rows for Lumped {
     }
 
     fn label(&self, i: usize) -> String {
-        self.surfaces[i].name.clone()
+        let row = &self.surfaces[i];
+        if row.triangle.is_some() { i.to_string() } else { row.name.clone() }
     }
 
     fn rest(&self, i: usize) -> [f64; 2] {

@@ -59,7 +59,7 @@ pub fn make_where(
     let patches = subdivide(geometry, &bvh, options.patch_size)?;
     let layout = Layout::new(geometry, &patches);
     clock.lap("subdivide");
-    let mut engine = options.engine.engine(geometry, &patches, &bvh, options.memory)?;
+    let mut engine = options.engine.engine(geometry, &patches, &bvh, options.memory, progress)?;
     let engine_report = options.engine.report(&*engine);
     let too_large = |needed, can_go_to_a_store| {
         let (patches, allowed) = (patches.len(), options.memory);
@@ -90,7 +90,7 @@ pub fn make_where(
     let accounts = patches.ids().map(|i| (i, sums[i.index()] + 0.0, storage.account(i)));
     let count = |state: TriangleState| geometry.state.iter().filter(|&&s| s == state).count();
     let mut report = MatrixReport {
-        source_triangles: geometry.len(),
+        source_triangles: geometry.faces(),
         rows: layout.len(),
         degenerate: count(TriangleState::Degenerate),
         duplicate: count(TriangleState::Duplicate),
@@ -106,6 +106,7 @@ pub fn make_where(
         pairs,
         covered: covered.into_iter().map(|i| named.row(i, back(i))).collect(),
         through_a_file,
+        foretold_memory_bytes: if through_a_file { forecast.in_blocks } else { forecast.whole },
         ..MatrixReport::default()
     };
     let mut dropped = None;

@@ -61,6 +61,8 @@ pub struct MatrixReport {
     pub groups: Option<usize>,
     /// The stages in order, with wall-clock seconds.
     pub stages: Vec<Stage>,
+    /// Bytes that the work was foretold to take.
+    pub foretold_memory_bytes: u64,
     /// Largest resident memory of the process in bytes, where the system tells.
     pub peak_memory_bytes: Option<u64>,
 }

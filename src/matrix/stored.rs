@@ -26,6 +26,9 @@ pub struct Origin {
     pub threshold: f64,
     /// Whether rows are those of named surfaces.
     pub lumped: bool,
+    /// Checksum of the arrays of the file; the format that has one fills it in.
+    #[serde(default)]
+    pub checksum: String,
 }
 
 /// A matrix as read from a file: compressed sparse rows.
@@ -37,7 +40,7 @@ pub struct Stored {
     pub starts: Vec<u64>,
     /// Columns, ascending in each row, below the number of rows.
     pub columns: Vec<u32>,
-    /// Form factors, 0..1.
+    /// Form factors, 0..1 but for rounding.
     pub values: Vec<f32>,
     /// Share of each row that escapes.
     pub environment: Vec<f64>,
@@ -74,7 +77,7 @@ pub enum StoredError {
         wanted: usize,
     },
     /// It holds no patches.
-    #[error("has rows of surfaces, not of patches")]
+    #[error("has rows of surfaces or whole faces, not of patches")]
     Lumped,
     /// The model could not be subdivided as then.
     #[error(transparent)]

@@ -67,11 +67,14 @@ impl LightOptions {
     }
 
     /// Number of patches aimed at where no size is given.
-    pub(super) fn default_patches(&self) -> u64 {
-        match self.engine {
+    pub(super) fn default_patches(&self, geometry: &Geometry) -> u64 {
+        let usual = match self.engine {
             EngineOptions::Rays(_) => SAMPLED_PATCHES,
             _ => DEFAULT_PATCHES,
-        }
+        };
+        // A stage has patches of its own, which are part of them.
+        let whole = geometry.whole_from.map_or(0, |from| geometry.len() - from.index());
+        usual.saturating_sub(whole as u64).max(usual / 4)
     }
 
     /// Whether source triangles are to be clustered.

@@ -4,6 +4,7 @@
 use hemicube::engines::{Draw, Engine, EngineOptions, ExactOptions, HemicubeOptions, RaysOptions};
 use hemicube::form_factors::Row;
 use hemicube::patches::{PatchId, Patches};
+use hemicube::progress::Silent;
 use hemicube::scene::Geometry;
 use hemicube::solve::Method;
 use hemicube::units::DEFAULT_MEMORY;
@@ -50,7 +51,7 @@ impl Kind {
     /// Calls `work` with the engine for these patches.
     pub fn with<T>(self, g: &Geometry, p: &Patches, work: impl FnOnce(&mut dyn Engine) -> T) -> T {
         let bvh = Bvh::new(g);
-        let mut engine = self.options().engine(g, p, &bvh, DEFAULT_MEMORY).unwrap();
+        let mut engine = self.options().engine(g, p, &bvh, DEFAULT_MEMORY, &Silent).unwrap();
         work(engine.as_mut())
     }
 }

@@ -11,3 +11,4 @@ pub mod published;
 pub mod random;
 pub mod reference;
 pub mod scenes;
+pub mod shapes;

@@ -5,7 +5,8 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use super::values::{bytes, percent, samples};
+use super::run::Run;
+use super::values::{percent, samples};
 use super::{ClusterArg, DeviceArg, DrawChoice, EngineArg, Light, Model, SolverChoice};
 
 pub const EXAMPLES: &str = "Examples:
@@ -95,25 +96,9 @@ pub struct Factors {
     #[arg(long, value_name = "N", hide_short_help = true)]
     pub seed: Option<u32>,
 
-    /// Memory that the work may take, like 800M or 4G [default: what is free]
-    #[arg(long, value_name = "SIZE", value_parser = bytes, hide_short_help = true)]
-    pub memory: Option<u64>,
-
-    /// Number of threads [default: one a core]
-    #[arg(short = 'j', long, value_name = "N", default_value_t = 0, hide_default_value = true)]
-    pub threads: usize,
-
-    /// Write what happened, with timings, as JSON
-    #[arg(long, value_name = "FILE", hide_short_help = true)]
-    pub report: Option<PathBuf>,
-
-    /// Say nothing but errors
-    #[arg(short, long, conflicts_with = "verbose")]
-    pub quiet: bool,
-
-    /// Say how long each stage took, and name more of the rows that are doubtful
-    #[arg(short, long)]
-    pub verbose: bool,
+    /// How it is run.
+    #[command(flatten)]
+    pub run: Run,
 }
 
 /// What rows are lumped by.
@@ -178,11 +163,7 @@ impl Factors {
             seed: self.seed,
             factors: None,
             solver: SolverChoice::GaussSeidel,
-            memory: self.memory,
-            threads: self.threads,
-            report: self.report.clone(),
-            quiet: self.quiet,
-            verbose: self.verbose,
+            run: self.run.clone(),
         };
         // What has flags of its own is meant by them; a matrix is made exactly otherwise.
         if light.engine() == EngineArg::Rays && self.samples.is_none() {

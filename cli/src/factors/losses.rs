@@ -11,14 +11,12 @@ enum Cause {
     Backs,
     /// It looks away from a model that is closed for others.
     Outwards,
-    /// A face lies on it, and what they exchange is not counted.
-    Touched,
     /// Its form factors err.
     Error,
 }
 
 impl Cause {
-    const ALL: [Self; 5] = [Self::Covered, Self::Backs, Self::Outwards, Self::Touched, Self::Error];
+    const ALL: [Self; 4] = [Self::Covered, Self::Backs, Self::Outwards, Self::Error];
 
     /// What most of a row's loss comes from.
     fn of(row: &RowLoss) -> Self {
@@ -27,8 +25,6 @@ impl Cause {
         let error = row.lost.abs();
         if row.back > HALF {
             Self::Covered
-        } else if row.lost > HALF {
-            Self::Touched
         } else if error > row.back && error > row.environment {
             Self::Error
         } else if row.environment > HALF && row.environment > row.back {
@@ -43,7 +39,6 @@ impl Cause {
             Self::Covered => "another face covers its view",
             Self::Backs => "it sees faces from behind",
             Self::Outwards => "it looks out of the model",
-            Self::Touched => "a face lies on it, whose form factor is not counted",
             Self::Error => "its form factors err by so much",
         }
     }
@@ -59,10 +54,6 @@ impl Cause {
                  are seen from behind, or use --sides two, which gives backs rows of their own"
             }
             Self::Outwards => "outwards: turn such faces round, or leave them out",
-            Self::Touched => {
-                "faces that lie on each other: no harm where something stands there; else move \
-                 them apart, or use --engine rays"
-            }
             Self::Error => {
                 "errors: ask for less --error or a smaller --patch-size, and compare with --engine \
                  rays"
@@ -128,7 +119,7 @@ mod tests {
             ([0.6, 0.2, 0.2], Cause::Backs),
             ([0.3, 0.65, 0.05], Cause::Outwards),
             ([0.05, 0.95, 0.0], Cause::Outwards),
-            ([0.0, 0.0, 0.0], Cause::Touched),
+            ([0.0, 0.0, 0.0], Cause::Error),
             ([0.6, 0.0, 0.0], Cause::Error),
             ([1.2, 0.0, 0.05], Cause::Error),
         ] {

@@ -46,12 +46,14 @@ pub fn report(r: &MatrixReport, verbose: bool) {
     if let Some(p) = r.pairs {
         say(&format!(
             "pairs: {} evaluated, {} of them with something in between ({:.1} %), {} shadow rays; \
-             error about {:.2} % (RMS over all factors, or what a row exceeds 1 by)",
+             error about {:.2} % (RMS over all factors, or what a row exceeds 1 by); coordinates \
+             taken as rounded to {:.0e} m",
             p.evaluated,
             p.partly_hidden,
             100.0 * p.partly_hidden as f64 / p.evaluated.max(1) as f64,
             p.shadow_rays,
-            100.0 * p.error
+            100.0 * p.error,
+            p.rounding
         ));
     }
     if r.through_a_file {

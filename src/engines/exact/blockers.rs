@@ -15,7 +15,7 @@ use super::convex::{convex_polygons, joined};
 use crate::scene::box_tree::{Bounds, BoxTree};
 use crate::scene::disjoint_sets::DisjointSets;
 use crate::scene::edges::{EdgeUse, edge_uses, shared};
-use crate::scene::{Geometry, Side};
+use crate::scene::{Geometry, Side, TriangleId};
 
 /// The number of a blocker.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -45,6 +45,8 @@ pub(super) struct Blocker {
     pub closed: bool,
     /// Whether the surface ends at one of its edges.
     pub rim: bool,
+    /// Whether both sides of it exchange light.
+    pub two_sided: bool,
 }
 
 impl Blocker {
@@ -67,6 +69,8 @@ pub(super) struct Blockers {
     pub polygons: Vec<Blocker>,
     /// The boxes about them.
     pub tree: BoxTree,
+    /// The one that each triangle is a part of.
+    of_triangles: Vec<Option<BlockerId>>,
     /// Those that share an edge with each, one after the other, and where those of each begin.
     neighbours: Vec<BlockerId>,
     starts: Vec<u32>,
@@ -75,6 +79,11 @@ pub(super) struct Blockers {
 impl Blockers {
     pub fn polygon(&self, id: BlockerId) -> &Blocker {
         &self.polygons[id.index()]
+    }
+
+    /// The polygon that a solid triangle is a part of.
+    pub fn of_triangle(&self, id: TriangleId) -> Option<BlockerId> {
+        self.of_triangles[id.index()]
     }
 
     /// The polygons that share an edge with one, each at least once.
@@ -91,6 +100,7 @@ impl Blockers {
         for (triangles, hull) in convex_polygons(geometry, &uses, coplanar) {
             let normal = geometry.normal(triangles[0], Side::Front);
             let offset = normal.dot(hull[0]);
+            let two_sided = triangles.iter().any(|&t| geometry.exchanges(t, Side::Back));
             for t in triangles {
                 polygon_of[t.index()] = Some(BlockerId(me.polygons.len() as u32));
             }
@@ -105,12 +115,14 @@ impl Blockers {
                 surface: 0,
                 closed: false,
                 rim: false,
+                two_sided,
             });
         }
         let boxes: Vec<Bounds> = me.polygons.iter().map(|p| (p.low, p.high)).collect();
         me.tree = BoxTree::new(&boxes);
         me.find_neighbours(&uses, &polygon_of);
         me.find_surfaces(geometry, &uses, &polygon_of, coplanar);
+        me.of_triangles = polygon_of;
         me
     }
 
@@ -143,14 +155,25 @@ impl Blockers {
         for [a, b] in shared(uses).filter_map(joined) {
             sets.join(a.triangle.0, b.triangle.0);
         }
-        // Edges without a neighbour.
+        // Edges that a surface does not run through as often one way as the other. Those where
+        // surfaces touch each other are edges of more than two triangles.
         let mut rims: HashMap<u32, Vec<DVec3>> = HashMap::new();
-        for u in shared(uses).filter(|u| joined(u).is_none()).flatten() {
-            let c = geometry.corners(u.triangle);
-            let rim = rims.entry(sets.find(u.triangle.0)).or_default();
-            rim.extend([c[usize::from(u.k)], c[usize::from(u.k + 1) % 3]]);
-            if let Some(polygon) = polygon_of[u.triangle.index()] {
-                self.polygons[polygon.index()].rim = true;
+        let mut at_edge: Vec<(u32, &EdgeUse)> = Vec::new();
+        for uses in shared(uses).filter(|u| joined(u).is_none()) {
+            at_edge.clear();
+            at_edge.extend(uses.iter().map(|u| (sets.find(u.triangle.0), u)));
+            at_edge.sort_by_key(|&(surface, _)| surface);
+            let of_surfaces = at_edge.chunk_by(|a, b| a.0 == b.0);
+            let once = |uses: &&[(u32, &EdgeUse)]| {
+                2 * uses.iter().filter(|(_, u)| u.reversed).count() != uses.len()
+            };
+            for &(surface, u) in of_surfaces.filter(once).flatten() {
+                let c = geometry.corners(u.triangle);
+                let rim = rims.entry(surface).or_default();
+                rim.extend([c[usize::from(u.k)], c[usize::from(u.k + 1) % 3]]);
+                if let Some(polygon) = polygon_of[u.triangle.index()] {
+                    self.polygons[polygon.index()].rim = true;
+                }
             }
         }
         let mut faces: Vec<(u32, BlockerId)> =

@@ -37,7 +37,11 @@ const SEED: u64 = 0x9e37_79b9_7f4a_7c15;
 /// agree.
 pub(super) fn disagreement(pairs: &Pairs<'_>) -> f64 {
     let drawn = draw(&pairs.model);
-    let found: Vec<[f64; 2]> = drawn.par_iter().filter_map(|&pair| compared(pairs, pair)).collect();
+    let found: Vec<[f64; 2]> = drawn
+        .par_iter()
+        .enumerate()
+        .filter_map(|(k, &pair)| compared(pairs, pair, k as u64))
+        .collect();
     let n = found.len() as f64;
     let squares: f64 = found.iter().map(|f| f[1]).sum();
     if n < 2.0 || squares <= 0.0 {
@@ -49,8 +53,9 @@ pub(super) fn disagreement(pairs: &Pairs<'_>) -> f64 {
     (proven.max(0.0) * n / squares).sqrt()
 }
 
-/// Pairs, each with a probability proportional to the square of its factor with nothing in the way.
-fn draw(model: &Model<'_>) -> Vec<[Place; 2]> {
+/// Pairs, and about what they exchange with nothing in the way: each is drawn with a probability
+/// proportional to the square of that factor.
+fn draw(model: &Model<'_>) -> Vec<([Place; 2], f64)> {
     let rows = &model.sampled_rows;
     let total: f64 = rows.iter().map(|row| row.1).sum();
     let count = (model.len() / ROWS_A_PAIR).clamp(LEAST_PAIRS, MOST_PAIRS);
@@ -73,15 +78,20 @@ fn draw(model: &Model<'_>) -> Vec<[Place; 2]> {
             v -= square;
             square > 0.0 && v < 0.0
         });
-        Some([i, Place(column? as u32)])
+        let column = column?;
+        Some(([i, Place(column as u32)], squares[column].sqrt()))
     };
     (0..count).into_par_iter().filter_map(one).collect()
 }
 
 /// The square of the difference between what a pair exchanges as found and as traced, less what
-/// rays err by, and the square of what was found: both over the square of the exchange with
-/// nothing in the way.
-fn compared(pairs: &Pairs<'_>, [i, j]: [Place; 2]) -> Option<[f64; 2]> {
+/// rays err by, and the square of what was found: both over the square that it was drawn by. Where
+/// a pair is drawn again, another `seed` gives other rays.
+fn compared(
+    pairs: &Pairs<'_>,
+    ([i, j], drawn_by): ([Place; 2], f64),
+    seed: u64,
+) -> Option<[f64; 2]> {
     let model = &pairs.model;
     let both = if i < j { [i, j] } else { [j, i] };
     let mut found = 0.0;
@@ -104,7 +114,7 @@ fn compared(pairs: &Pairs<'_>, [i, j]: [Place; 2]) -> Option<[f64; 2]> {
             tolerance: 0.0,
             work: 0,
             exchange,
-            seed: pair_seed(0, both) ^ SEED,
+            seed: pair_seed(0, both) ^ SEED.wrapping_mul(2 * seed + 1),
         };
         let [(even, clear), (odd, odd_clear)] = trace(&pair, model, rays, &mut buffers);
         let Some(error) = square_error([even, odd], [clear, odd_clear]) else { continue };
@@ -112,6 +122,6 @@ fn compared(pairs: &Pairs<'_>, [i, j]: [Place; 2]) -> Option<[f64; 2]> {
         traced += exchange * (clear + odd_clear) / (even + odd);
         noise += exchange * exchange * error;
     }
-    let unit = 1.0 / (all * all);
+    let unit = 1.0 / (drawn_by * drawn_by);
     (all > 0.0).then(|| [unit * ((found - traced).powi(2) - noise), unit * found * found])
 }

@@ -3,16 +3,22 @@
 use glam::DVec3;
 
 use super::blockers::{Blocker, BlockerId};
+use super::culling::Region;
 use super::model::Model;
 use super::occluded::MOST_CORNERS;
 use super::pair::Pair;
 use super::polygon::Polygon;
 use crate::scene::clip::clip as clip_polygon;
+use crate::visibility::Bvh;
 
-/// What of a blocker lies lower than this over the planes of a pair, in units of the distance at
-/// which blockers touch, is cut off: single precision does not tell a direction along the horizon
-/// from its opposite.
-const HORIZON: f64 = 20.0;
+/// What of a blocker lies lower than this over the planes of a pair, as a fraction of the pair's
+/// extent, is cut off: single precision does not tell a direction along the horizon from its
+/// opposite. It is as much as blockers touch within, if that is more.
+const HORIZON: f64 = 2e-6;
+
+/// What rises no higher than this over the plane of a polygon may lie in it, in units of the
+/// distance at which blockers touch: rounding tilts the plane of a narrow one.
+const TILTED: f64 = 20.0;
 
 /// The part of a blocker that lies in front of both polygons.
 #[derive(Debug, Clone)]
@@ -57,6 +63,8 @@ pub(super) struct Hull {
     planes: Vec<(DVec3, f64)>,
     low: DVec3,
     high: DVec3,
+    /// Half of the diagonal of the box about it.
+    extent: f64,
 }
 
 impl Hull {
@@ -66,6 +74,7 @@ impl Hull {
         let corners = || a.corners().iter().chain(b.corners());
         self.low = corners().fold(DVec3::INFINITY, |l, &c| l.min(c));
         self.high = corners().fold(DVec3::NEG_INFINITY, |h, &c| h.max(c));
+        self.extent = 0.5 * self.low.distance(self.high);
         // What lies behind either polygon is between them no more.
         for p in [a, b] {
             self.planes.push((-p.normal, -p.normal.dot(p.corners()[0])));
@@ -94,13 +103,10 @@ impl Hull {
         }
     }
 
-    /// Whether a box lies outside.
-    pub fn misses_box(&self, low: DVec3, high: DVec3) -> bool {
-        self.planes.iter().any(|&(n, d)| {
-            let nearest = DVec3::select(n.cmpgt(DVec3::ZERO), low, high);
-            n.dot(nearest) >= d
-        }) || self.low.cmpgt(high).any()
-            || self.high.cmplt(low).any()
+    /// Sets a region to the hull of the polygons of a pair.
+    pub fn set(&self, region: &mut Region, pair: &Pair<'_>, bvh: &Bvh) {
+        let ends = pair.polygons.iter().flat_map(Polygon::corners);
+        region.set(bvh, (self.low, self.high), self.planes.iter().copied(), ends);
     }
 
     /// Whether points lie outside, nowhere closer than `margin` to the inside.
@@ -122,9 +128,13 @@ pub(super) fn clip(
     if a.0.min(b.0) >= -touching || a.1.max(b.1) <= touching {
         return None;
     }
+    if pair.polygons.iter().any(|p| is_flush(q, p, touching)) {
+        return None;
+    }
     let ClipBuffers([first, second]) = buffers;
-    before(&q.corners, &pair.polygons[0], HORIZON * touching, first);
-    before(first, &pair.polygons[1], HORIZON * touching, second);
+    let horizon = touching.max(HORIZON * hull.extent);
+    before(&q.corners, &pair.polygons[0], horizon, first);
+    before(first, &pair.polygons[1], horizon, second);
     if second.len() < 3 || second.len() > MOST_CORNERS || hull.misses(second, touching) {
         return None;
     }
@@ -147,6 +157,19 @@ pub(super) fn clip(
 fn heights(p: &Polygon, over: &Blocker) -> (f64, f64) {
     let heights = p.corners().iter().map(|&c| over.height(c));
     heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)))
+}
+
+/// Whether a blocker lies in a polygon's plane, as well as that is known where corners are known
+/// within `touching`.
+fn is_flush(q: &Blocker, p: &Polygon, touching: f64) -> bool {
+    let height = |c: &DVec3| p.normal.dot(*c - p.corners()[0]);
+    if q.corners.iter().any(|c| height(c) > TILTED * touching) {
+        return false;
+    }
+    let edges = p.corners().iter().zip(p.corners().iter().cycle().skip(1));
+    let longest = edges.map(|(a, b)| a.distance(*b)).fold(0.0, f64::max);
+    let width = p.area() / longest;
+    q.corners.iter().all(|c| height(c) <= touching * (1.0 + p.distance(*c) / width))
 }
 
 /// The part of a polygon more than `margin` in front of another's plane.

@@ -168,7 +168,7 @@ impl Region {
 
 /// The convex hull, counter-clockwise (Andrew 1979, "Another efficient algorithm for convex hulls
 /// in two dimensions"); corners that stand out only by rounding are left out.
-fn convex_hull(mut points: Vec<(DVec2, DVec3)>) -> Vec<(DVec2, DVec3)> {
+pub(super) fn convex_hull(mut points: Vec<(DVec2, DVec3)>) -> Vec<(DVec2, DVec3)> {
     points.sort_by(|a, b| a.0.x.total_cmp(&b.0.x).then(a.0.y.total_cmp(&b.0.y)));
     points.dedup_by(|a, b| a.0 == b.0);
     let turns = |hull: &[(DVec2, DVec3)], p: DVec2| {

@@ -11,7 +11,10 @@ pub(super) const CROWD: usize = 64;
 const FEW_PAIRS: usize = 64;
 
 /// Sorting out one blocker takes as long as this many shadow rays.
-const SORTING: f64 = 64.0;
+const SORTING: f64 = 256.0;
+
+/// So few blockers are sorted out in any case.
+const SOON: usize = 6;
 
 /// Sorting out is worth at most the rays that pairs of this factor get.
 const WORTH_SORTING: f64 = 0.1;
@@ -31,7 +34,7 @@ const STRADDLING: f64 = 100.0;
 
 /// The error that the visible fraction of a pair of the root-mean-square factor may have, over the
 /// error asked for.
-const TOLERANCE: f64 = 1.2;
+const TOLERANCE: f64 = 2.0;
 
 /// Finding out which blockers lie between one pair takes as long as this many rays.
 const FINDING: u32 = 24;
@@ -40,6 +43,12 @@ const FINDING: u32 = 24;
 /// the least and at the most.
 const WORK: usize = 1 << 13;
 const MOST_WORK: usize = 1 << 18;
+
+/// Clipping the parts of a pair one by one takes as long as this many rays for each.
+pub(super) const EACH_PART: u32 = 200;
+
+/// A pair on its own gets this many times the rays that it gets among neighbours.
+const ALONE: u32 = 4;
 
 /// What work depends on.
 #[derive(Debug, Clone, Copy)]
@@ -60,6 +69,13 @@ impl Effort {
     /// Shadow rays of a pair that deserves `usual` ones, to reach the error.
     pub fn rays(self, usual: u32) -> u32 {
         (self.scale * f64::from(usual)).clamp(1.0, MOST_RAYS as f64) as u32
+    }
+
+    /// Shadow rays of a pair that deserves `usual` ones and consists of so many parts; `None` if
+    /// clipping takes less time.
+    pub fn rays_of_parts(self, usual: u32, parts: usize) -> Option<u32> {
+        let rays = ALONE * usual;
+        (rays as usize <= EACH_PART as usize * parts).then(|| self.rays(rays).max(rays))
     }
 
     /// The error that the visible fraction of a pair evaluated on its own may have. Work is least
@@ -84,7 +100,8 @@ impl Effort {
     pub fn is_crowd(self, blockers: usize, pairs: usize, factor: f64) -> bool {
         let rays = self.usual_rays(factor.min(WORTH_SORTING));
         let never_clipped = blockers > CROWD && pairs <= FEW_PAIRS;
-        never_clipped || blockers as f64 * SORTING > f64::from(rays) * pairs as f64
+        let long = blockers as f64 * SORTING > f64::from(rays) * pairs as f64;
+        never_clipped || long && blockers > SOON
     }
 }
 

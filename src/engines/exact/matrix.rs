@@ -169,7 +169,8 @@ fn rows(pairs: &Pairs<'_>, accounts: &Accounts<'_>, tile: TileId, upper: &[Colum
         let from = block.columns.len();
         entries(model, id, exchange, &mut block.columns, &mut weights);
         block.starts.push(block.columns.len());
-        block.accounts.push(accounts.of(id, sum(&weights[from..]), &mut rays));
+        let sum = sum(&weights[from..]);
+        block.accounts.push(accounts.of(model, id, sum, &mut rays));
     }
     block.weights = Weights::Each(weights);
     block

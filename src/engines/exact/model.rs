@@ -5,15 +5,18 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::blockers::Blockers;
+use super::coverings::Coverings;
+use super::culling::Culling;
 use super::far::{CLOSELY, FarPatches, exchange_with};
 use super::pieces::{Fragment, Piece, PieceId, extent, fragments};
 use super::places::Place;
-use super::polygon::facing;
+use super::polygon::{area, facing};
 use super::samples::sobol;
 use super::tree::{Extent, Node, Tree};
 use super::triangles::Triangles;
 use super::unoccluded::exchange;
 use crate::patches::{PatchId, Patches};
+use crate::progress::{Cancelled, Progress};
 use crate::scene::Geometry;
 use crate::simd::LANES;
 use crate::visibility::{Bvh, Lanes, ROUNDING};
@@ -30,6 +33,7 @@ pub(super) struct Model<'a> {
     pub bvh: &'a Bvh,
     pub tree: Tree,
     pub blockers: Blockers,
+    pub culling: Culling,
     pub far: FarPatches,
     /// All pieces.
     pub shapes: Triangles,
@@ -49,17 +53,29 @@ pub(super) struct Model<'a> {
     starts: Vec<u32>,
     /// [`Patches::own_area`] of each patch, in the order of the tree.
     areas: Vec<f64>,
+    /// What of it no other face lies on: the area of the pieces.
+    seen_areas: Vec<f64>,
     /// The place of each patch in the order of the tree.
     places: Vec<Place>,
 }
 
 impl<'a> Model<'a> {
-    pub fn new(geometry: &Geometry, patches: &Patches, bvh: &'a Bvh, error: f64) -> Self {
+    pub fn new(
+        geometry: &Geometry,
+        patches: &Patches,
+        bvh: &'a Bvh,
+        error: f64,
+        progress: &dyn Progress,
+    ) -> Result<Self, Cancelled> {
         let (coplanar, touching) = (COPLANAR * bvh.scale(), TOUCHING * bvh.scale());
         let blockers = Blockers::new(geometry, touching);
-        let of_patches: Vec<Vec<Fragment>> =
+        let mut of_patches: Vec<Vec<Fragment>> =
             patches.ids().map(|id| fragments(geometry, patches, id)).collect();
+        progress.advance(0)?;
         let mut tree = hierarchy(&of_patches, touching);
+        progress.advance(0)?;
+        let seen_areas = leave_out_covered(&mut of_patches, &blockers, ROUNDING * bvh.scale());
+        progress.advance(0)?;
         let mut places = vec![Place(0); tree.order.len()];
         for (at, id) in (0..).zip(&tree.order) {
             places[id.index()] = Place(at);
@@ -70,6 +86,8 @@ impl<'a> Model<'a> {
             starts.push(starts[starts.len() - 1] + fragments.len() as u32);
         }
         let areas: Vec<f64> = tree.order.iter().map(|&id| patches.own_area(id)).collect();
+        let seen_area = |(&id, &area): (&PatchId, &f64)| seen_areas[id.index()].unwrap_or(area);
+        let seen_areas = tree.order.iter().zip(&areas).map(seen_area).collect();
         let flat: Vec<Fragment> = in_order().flatten().copied().collect();
         let piece = |f: &Fragment| Piece::new(f, bvh);
         let pieces: Vec<Piece> = flat.par_iter().map(piece).collect();
@@ -77,10 +95,12 @@ impl<'a> Model<'a> {
             let range = node.places.range();
             node.patch_area = areas[range.clone()].iter().sum::<f64>() / range.len() as f64;
         }
+        let culling = Culling::new(&blockers.polygons, &blockers.tree, bvh);
         let mut me = Self {
             bvh,
             tree,
             blockers,
+            culling,
             far: FarPatches::new(error),
             shapes: Triangles::default(),
             coplanar,
@@ -92,15 +112,16 @@ impl<'a> Model<'a> {
             pieces,
             starts,
             areas,
+            seen_areas,
             places,
         };
         me.add_shapes();
-        let sampled = me.sample_rows();
+        let sampled = me.sample_rows(progress)?;
         let faced = sampled.iter().map(|row| row.2 as f64).sum::<f64>();
         me.faced = faced / sampled.len().max(1) as f64;
         me.sampled_rows = sampled.into_iter().map(|row| (row.0, row.1)).collect();
         me.rms_factor = me.find_rms_factor();
-        me
+        Ok(me)
     }
 
     /// Adds all patches and pieces for kernels, in units of the scene's radius about its centre.
@@ -112,7 +133,7 @@ impl<'a> Model<'a> {
         };
         for at in (0..self.len() as u32).map(Place) {
             let triangles: Vec<_> = self.pieces(at).iter().map(local).collect();
-            self.far.push(&triangles, self.area(at) / (scale * scale));
+            self.far.push(&triangles, self.seen_areas[at.index()] / (scale * scale));
             triangles.iter().for_each(|t| self.shapes.push(t.0, t.1));
         }
         self.far.pad();
@@ -121,14 +142,15 @@ impl<'a> Model<'a> {
 
     /// Rows spread over the hierarchy, the sum of the squares of the factors of each, and how many
     /// these are, with nothing in the way.
-    fn sample_rows(&self) -> Vec<(Place, f64, usize)> {
+    fn sample_rows(&self, progress: &dyn Progress) -> Result<Vec<(Place, f64, usize)>, Cancelled> {
         const ROWS: usize = 256;
         let n = self.len();
         let square_sum = |row: &mut Vec<_>, i: Place| {
+            progress.advance(0)?;
             let inverse = 1.0 / self.area(i);
             let squares = self.unoccluded_row(i, row).flatten().map(|s| (s * inverse).powi(2));
             let (sum, count) = squares.fold((0.0, 0), |(sum, count), s| (sum + s, count + 1));
-            (i, sum, count)
+            Ok((i, sum, count))
         };
         let step = n.div_ceil(ROWS).max(1);
         let place = |i: usize| Place((i + step / 2).min(n - 1) as u32);
@@ -171,7 +193,7 @@ impl<'a> Model<'a> {
             return 0.0;
         };
         let Some((a, b)) = facing(&p.polygon, &q.polygon, self.coplanar) else { return 0.0 };
-        let whole = |at: Place, p: &Piece| self.area(at) / p.polygon.area();
+        let whole = |at: Place, p: &Piece| self.seen_areas[at.index()] / p.polygon.area();
         let s = exchange(&a, &b, 1e-5 * self.area(i).min(self.area(j))) * whole(i, p) * whole(j, q);
         if i == j { 0.0 } else { s.min(self.area(i)).min(self.area(j)) }
     }
@@ -191,12 +213,18 @@ impl<'a> Model<'a> {
         self.areas[at.index()]
     }
 
+    /// The share of a patch that other faces lie on, 0..1.
+    pub fn covered(&self, id: PatchId) -> f64 {
+        let at = self.place(id).index();
+        (1.0 - self.seen_areas[at] / self.areas[at]).clamp(0.0, 1.0)
+    }
+
     /// The larger factor of a pair that exchanges S m², over the root-mean-square factor.
     pub fn relative_factor(&self, [i, j]: [Place; 2], s: f64) -> f64 {
         s / self.area(i).min(self.area(j)) / self.rms_factor
     }
 
-    /// The pieces of the patch at a place.
+    /// The pieces of the patch at a place: none if something covers it.
     pub fn pieces(&self, at: Place) -> &[Piece] {
         &self.pieces[self.starts[at.index()] as usize..self.starts[at.index() + 1] as usize]
     }
@@ -212,7 +240,7 @@ impl<'a> Model<'a> {
         if pieces.len() < 2 {
             return PieceId(first);
         }
-        let mut left = u * self.area(at);
+        let mut left = u * self.seen_areas[at.index()];
         let hit = pieces.iter().position(|p| {
             left -= p.polygon.area();
             left < 0.0
@@ -230,8 +258,34 @@ impl<'a> Model<'a> {
         let pieces = self.pieces.len() * (size_of::<Piece>() + 60);
         let nodes = self.tree.nodes.len() * size_of::<Node>();
         let polygons = self.blockers.polygons.len() * 300;
-        (pieces + nodes + polygons + self.len() * 120) as u64
+        (pieces + nodes + polygons + self.culling.bytes() + self.len() * 120) as u64
     }
+}
+
+/// Leaves out of the triangles of patches what other faces lie on; what area is left of those where
+/// that is something, in m².
+fn leave_out_covered(
+    of_patches: &mut [Vec<Fragment>],
+    blockers: &Blockers,
+    reach: f64,
+) -> Vec<Option<f64>> {
+    let coverings = Coverings::find(blockers, reach);
+    let of_patch = |fragments: &mut Vec<Fragment>| {
+        let mut left = Vec::new();
+        let mut covered = false;
+        for fragment in fragments.iter() {
+            let on = blockers.of_triangle(fragment.triangle);
+            match on.and_then(|on| coverings.uncovered(fragment, on, blockers)) {
+                Some(parts) => (covered, _) = (true, left.extend(parts)),
+                None => left.push(*fragment),
+            }
+        }
+        covered.then(|| {
+            *fragments = left;
+            fragments.iter().map(|f| area(f.corners)).sum()
+        })
+    };
+    of_patches.par_iter_mut().map(of_patch).collect()
 }
 
 /// The hierarchy over patches that consist of these triangles.

@@ -36,3 +36,14 @@ impl Visible {
         self.fraction < 1.0 || self.square_error > 0.0
     }
 }
+
+/// Two pieces of a pair that face each other.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Part {
+    /// Their numbers among the pieces of their patches.
+    pub pieces: [u32; 2],
+    /// What of them faces the other.
+    pub polygons: [Polygon; 2],
+    /// S in m² with nothing in the way.
+    pub exchange: f64,
+}

@@ -2,10 +2,10 @@
 //! weighted by its kernel; the more of them, the more the pair matters.
 
 use super::model::Model;
-use super::pair::{Pair, Visible};
+use super::pair::{Pair, Part, Visible};
 use super::points::{Area, point_by_angle};
 use super::polygon::longest_edge;
-use super::samples::{MOST_RAYS, square_error};
+use super::samples::{MOST_RAYS, square_error, unseen};
 use crate::engines::sampling::Random;
 use crate::simd::LANES;
 use crate::visibility::Packet;
@@ -20,6 +20,13 @@ const UNANIMOUS: f64 = 0.5;
 
 /// The first rays of a pair, which tell how many it takes.
 const LEAST_RAYS: usize = 64;
+
+/// The first of few rays are one in this many.
+const PILOT: usize = 3;
+
+/// Keep their random numbers apart from each other and from those of single parts.
+const FIRST: u64 = 0xb5ad_4ece_da1c_e2a9;
+const SECOND: u64 = 0x5851_f42d_4c95_7f2d;
 
 /// Rays of a pair; reused.
 #[derive(Default)]
@@ -55,6 +62,105 @@ pub(super) fn visible_by_rays(
             return Visible { fraction, square_error: by_halves.max(least) };
         }
         rays = (4 * rays).min(most);
+    }
+}
+
+/// The visible fraction of a pair of such parts by about `rays` rays, shared out among them by what
+/// they exchange; by a third of them if these all agree.
+pub(super) fn visible_by_few_rays<'a>(
+    parts: &[Part],
+    pair: impl Fn(&Part) -> Pair<'a>,
+    model: &Model<'_>,
+    rays: u32,
+    buffers: &mut RayBuffers,
+) -> Visible {
+    let packets = (rays as usize).div_ceil(LANES);
+    let first = packets.div_ceil(PILOT);
+    let mut halves = Halves::default();
+    for (seed, packets) in [(FIRST, first), (SECOND, packets - first)] {
+        share(parts, packets, seed, &pair, model, buffers, &mut halves);
+        if halves.agree() {
+            break;
+        }
+    }
+    halves.visible()
+}
+
+/// What two halves of the rays of a pair found.
+#[derive(Default)]
+struct Halves {
+    all: [f64; 2],
+    clear: [f64; 2],
+    packets: usize,
+}
+
+impl Halves {
+    /// Takes in what so many packets found of one part: the kernel of their even and odd rays, and
+    /// of those of them that nothing blocks.
+    fn add(&mut self, packets: usize, [(a, p), (b, q)]: [(f64, f64); 2]) {
+        let (weight, mean) = (packets as f64, (p + q) / (a + b));
+        if packets == 1 {
+            // Packets of different parts differ by more than rays of one.
+            let half = self.packets & 1;
+            self.all[half] += weight;
+            self.clear[half] += weight * mean;
+        } else {
+            for (half, (all, clear)) in [(a, p), (b, q)].into_iter().enumerate() {
+                self.all[half] += 0.5 * weight;
+                self.clear[half] += 0.5 * weight * if all > 0.0 { clear / all } else { mean };
+            }
+        }
+        self.packets += packets;
+    }
+
+    fn fraction(&self) -> f64 {
+        ((self.clear[0] + self.clear[1]) / (self.all[0] + self.all[1])).clamp(0.0, 1.0)
+    }
+
+    fn agree(&self) -> bool {
+        self.packets > 0 && (self.fraction() <= 0.0 || self.fraction() >= 1.0)
+    }
+
+    fn visible(&self) -> Visible {
+        if self.packets == 0 {
+            return Visible::ALL;
+        }
+        let fraction = self.fraction();
+        let by_halves = square_error(self.all, self.clear);
+        let least = if self.agree() { unseen((self.packets * LANES) as f64) } else { 0.0 };
+        let square_error = by_halves.unwrap_or(fraction * (1.0 - fraction)).max(least);
+        Visible { fraction, square_error }
+    }
+}
+
+/// Shares so many packets out among parts, and traces them.
+fn share<'a>(
+    parts: &[Part],
+    packets: usize,
+    seed: u64,
+    pair: impl Fn(&Part) -> Pair<'a>,
+    model: &Model<'_>,
+    buffers: &mut RayBuffers,
+    halves: &mut Halves,
+) {
+    let (Some(first), true) = (parts.first(), packets > 0) else { return };
+    let all: f64 = parts.iter().map(|part| part.exchange).sum();
+    let step = all / packets as f64;
+    let [start] = Random::new(pair(first).seed ^ seed).numbers::<1>();
+    let mut left = start * step;
+    for part in parts {
+        left -= part.exchange;
+        let here = (-left / step).ceil().max(0.0);
+        left += here * step;
+        let here = here as usize;
+        if here > 0 {
+            let mut pair = pair(part);
+            pair.seed ^= seed;
+            let found = trace(&pair, model, (here * LANES).min(MOST_RAYS), buffers);
+            if found[0].0 + found[1].0 > 0.0 {
+                halves.add(here, found);
+            }
+        }
     }
 }
 

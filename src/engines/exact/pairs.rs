@@ -10,6 +10,7 @@ use super::places::{Place, TileId, Wanted};
 use super::tally::Tally;
 use super::tile::{Task, TileBuffers};
 use crate::patches::PatchId;
+use crate::progress::{Cancelled, Progress};
 
 /// Evaluates pairs, and adds up what was done.
 pub(super) struct Pairs<'a> {
@@ -19,6 +20,9 @@ pub(super) struct Pairs<'a> {
     buffers: Mutex<Vec<TileBuffers>>,
     tally: Mutex<Tally>,
 }
+
+/// What pairs of patches exchange, in m².
+type Exchanged = Vec<(Place, Place, f32)>;
 
 /// What some patches exchange with each, in m².
 pub(super) struct ExchangeRows {
@@ -72,16 +76,29 @@ impl<'a> Pairs<'a> {
     }
 
     /// What patches exchange with each.
-    pub fn rows(&self, ids: &[PatchId]) -> ExchangeRows {
-        self.exchange(ids, |wanted| Wanted::Rows(wanted))
+    pub fn rows(
+        &self,
+        ids: &[PatchId],
+        progress: &dyn Progress,
+    ) -> Result<ExchangeRows, Cancelled> {
+        self.exchange(ids, |wanted| Wanted::Rows(wanted), progress)
     }
 
     /// Nearly what patches exchange with each.
-    pub fn sample(&self, ids: &[PatchId]) -> ExchangeRows {
-        self.exchange(ids, |wanted| Wanted::Sample(wanted))
+    pub fn sample(
+        &self,
+        ids: &[PatchId],
+        progress: &dyn Progress,
+    ) -> Result<ExchangeRows, Cancelled> {
+        self.exchange(ids, |wanted| Wanted::Sample(wanted), progress)
     }
 
-    fn exchange(&self, ids: &[PatchId], how: fn(&[bool]) -> Wanted<'_>) -> ExchangeRows {
+    fn exchange(
+        &self,
+        ids: &[PatchId],
+        how: fn(&[bool]) -> Wanted<'_>,
+        progress: &dyn Progress,
+    ) -> Result<ExchangeRows, Cancelled> {
         let n = self.model.len();
         let mut wanted = vec![false; n];
         let mut row_of = vec![u32::MAX; n];
@@ -92,17 +109,17 @@ impl<'a> Pairs<'a> {
         let order = &self.model.tree.order;
         let mut rows: Vec<Vec<f32>> = vec![vec![0.0; n]; ids.len()];
         let task = self.task(how(&wanted));
-        let mut found: Vec<Vec<(Place, Place, f32)>> = Vec::new();
         for tiles in self.tiles(&wanted).chunks(256) {
-            tiles
+            let found: Result<Vec<Exchanged>, Cancelled> = tiles
                 .par_iter()
                 .map(|&tiles| {
+                    progress.advance(0)?;
                     let mut entries = Vec::new();
                     self.tile(&task, tiles, |i, j, s| entries.push((i, j, s)));
-                    entries
+                    Ok(entries)
                 })
-                .collect_into_vec(&mut found);
-            for &(i, j, s) in found.iter().flatten() {
+                .collect();
+            for &(i, j, s) in found?.iter().flatten() {
                 for (from, to) in [(i, j), (j, i)] {
                     if let Some(row) = rows.get_mut(row_of[from.index()] as usize) {
                         row[order[to.index()].index()] = s;
@@ -110,7 +127,7 @@ impl<'a> Pairs<'a> {
                 }
             }
         }
-        ExchangeRows { row_of, rows }
+        Ok(ExchangeRows { row_of, rows })
     }
 
     /// What was done so far.

@@ -31,11 +31,11 @@ impl Piece {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Fragment {
     /// The source triangle that it lies on.
-    triangle: TriangleId,
+    pub triangle: TriangleId,
     /// Counter-clockwise about the normal.
     pub corners: [DVec3; 3],
     /// Unit normal of the side.
-    normal: DVec3,
+    pub normal: DVec3,
 }
 
 /// All that belongs to a patch.

@@ -70,8 +70,7 @@ pub(super) fn point_by_angle(q: &Polygon, x: DVec3, u: f64, v: f64) -> Option<(D
 struct Apparent {
     /// Unit directions to the corners.
     corners: [DVec3; 3],
-    /// Angle at the first corner, its sine and cosine.
-    alpha: f64,
+    /// Sine and cosine of the angle at the first corner.
     sine: f64,
     cosine: f64,
     /// Cosine of the side from the first to the second corner.
@@ -85,20 +84,22 @@ impl Apparent {
     fn new(t: [DVec3; 3], x: DVec3) -> Option<Self> {
         let [a, b, c] = t.map(|p| (p - x).normalize_or_zero());
         let [ab, bc, ca] = [a.cross(b), b.cross(c), c.cross(a)];
-        let inner = |from: DVec3, to: DVec3| (-from).cross(to).length().atan2(-from.dot(to));
-        let alpha = inner(ca, ab);
-        let (sine, cosine) = alpha.sin_cos();
+        let (across, along) = (ca.cross(ab).length(), -ca.dot(ab));
+        let unit = 1.0 / (across * across + along * along).sqrt();
+        let (sine, cosine) = (across * unit, along * unit);
         // Van Oosterom & Strackee (1983): accurate for small triangles, too.
         let volume = a.dot(bc).abs();
         let angle = 2.0 * volume.atan2(1.0 + a.dot(b) + b.dot(c) + c.dot(a));
         let fine = angle > 1e-9 && sine > 0.0;
-        fine.then_some(Self { corners: [a, b, c], alpha, sine, cosine, side: a.dot(b), angle })
+        fine.then_some(Self { corners: [a, b, c], sine, cosine, side: a.dot(b), angle })
     }
 
     /// The direction with coordinates in the unit square, uniform in solid angle: Arvo (1995).
     fn direction(&self, u: f64, v: f64) -> DVec3 {
         let [a, b, c] = self.corners;
-        let (s, t) = (u * self.angle - self.alpha).sin_cos();
+        // Sine and cosine of the angle of what is cut off, less that at the first corner.
+        let (s, t) = (u * self.angle).sin_cos();
+        let (s, t) = (s * self.cosine - t * self.sine, t * self.cosine + s * self.sine);
         let (p, q) = (t - self.cosine, s + self.sine * self.side);
         let along = ((q * t - p * s) * self.cosine - q) / ((q * s + p * t) * self.sine);
         let along = along.clamp(-1.0, 1.0);

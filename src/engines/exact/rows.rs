@@ -11,6 +11,7 @@ use super::tally::down;
 use crate::engines::rays::{Rays, RaysOptions};
 use crate::form_factors::{Row, RowAccount, Weights};
 use crate::patches::{PatchId, Patches};
+use crate::progress::{Cancelled, Progress};
 use crate::scene::Geometry;
 use crate::visibility::Bvh;
 
@@ -31,9 +32,6 @@ pub(super) struct Accounts<'a> {
     excess: AtomicU64,
 }
 
-/// A row that loses more than this is of a patch that something lies on.
-const COVERED: f64 = 0.5;
-
 /// The rounding of a row of numbers in single precision.
 const SINGLE: f64 = 1e-6;
 
@@ -47,25 +45,28 @@ impl<'a> Accounts<'a> {
         Self { rays, lost: AtomicU64::new(0), rows: AtomicU64::new(0), excess: AtomicU64::new(0) }
     }
 
-    /// The account of a row whose factors add up to `sum`; `rays` is reused.
-    pub fn of(&self, id: PatchId, sum: f64, rays: &mut Row) -> RowAccount {
-        let rest = 1.0 - sum;
+    /// The account of a row whose factors add up to `sum`; `rays` is reused. What other faces lie
+    /// on sees their backs, and is seen as a back.
+    pub fn of(&self, model: &Model<'_>, id: PatchId, sum: f64, rays: &mut Row) -> RowAccount {
+        let covered = model.covered(id);
+        let rest = 1.0 - covered - sum;
         let mut account = RowAccount::default();
         for engine in &self.rays {
             engine.row(id, rays);
+            // Rays do not tell which part of a patch that is covered in part they end on.
+            let partly = rays.columns.iter().filter(|&&j| model.covered(j) > 0.0).count();
+            let back = rays.back + partly as f64 / engine.samples() as f64;
             let gone = rays.environment + rays.back;
             let noise = 3.0 * (gone * (1.0 - gone).max(0.0) / engine.samples() as f64).sqrt();
-            let known = rest.clamp(0.0, gone + noise + ERROR);
-            let scale = if gone > 0.0 { known / gone } else { 0.0 };
-            let (environment, back) = (scale * rays.environment, scale * rays.back);
-            account = RowAccount { environment, back, lost: rest - environment - back };
+            let known = rest.clamp(0.0, rays.environment + back + noise + ERROR);
+            let more = (known - gone).clamp(0.0, back - rays.back);
+            let scale = if gone > 0.0 { (known - more) / gone } else { 0.0 };
+            let (environment, back) = (scale * rays.environment, scale * rays.back + more);
+            let lost = rest - environment - back;
+            account = RowAccount { environment, back: covered + back, lost };
             if account.lost.abs() <= ERROR || rest <= 0.0 {
                 break;
             }
-        }
-        // Of a row that is lost as a whole the patch is covered: it has no factors to err.
-        if account.lost > COVERED {
-            return account;
         }
         self.lost.fetch_add((ONE * account.lost.powi(2).min(1.0)) as u64, Relaxed);
         self.rows.fetch_add(1, Relaxed);
@@ -85,10 +86,17 @@ impl<'a> Accounts<'a> {
 }
 
 /// Makes the rows of patches, and their accounts.
-pub(super) fn make(pairs: &Pairs<'_>, accounts: &Accounts<'_>, ids: &[PatchId], out: &mut [Row]) {
+pub(super) fn make(
+    pairs: &Pairs<'_>,
+    accounts: &Accounts<'_>,
+    ids: &[PatchId],
+    out: &mut [Row],
+    progress: &dyn Progress,
+) -> Result<(), Cancelled> {
     let model = &pairs.model;
-    let exchange = pairs.rows(ids);
-    out.par_iter_mut().zip(ids).for_each_init(Row::default, |rays, (row, id)| {
+    let exchange = pairs.rows(ids, progress)?;
+    out.par_iter_mut().zip(ids).try_for_each_init(Row::default, |rays, (row, id)| {
+        progress.advance(0)?;
         let exchange = exchange.of(model.place(*id));
         row.half = 0;
         let mut weights = match std::mem::take(&mut row.weights) {
@@ -99,10 +107,11 @@ pub(super) fn make(pairs: &Pairs<'_>, accounts: &Accounts<'_>, ids: &[PatchId], 
         weights.clear();
         entries(model, *id, exchange, &mut row.columns, &mut weights);
         row.weights = Weights::Each(weights);
-        let account = accounts.of(*id, row.weights.sum(), rays);
+        let account = accounts.of(model, *id, row.weights.sum(), rays);
         (row.environment, row.back) = (account.environment, account.back);
         row.lost = account.lost;
-    });
+        Ok(())
+    })
 }
 
 /// Appends the columns and form factors of a patch, from what it exchanges with each.

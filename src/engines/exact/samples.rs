@@ -31,6 +31,13 @@ pub(super) fn square_error(all: [f64; 2], clear: [f64; 2]) -> Option<f64> {
     (a > 0.0 && b > 0.0).then(|| TOGETHER * (p / a - q / b).powi(2))
 }
 
+/// The square of the error of a visible fraction that so many rays agree about: half a ray more
+/// would not (Jeffreys 1946).
+pub(super) fn unseen(rays: f64) -> f64 {
+    let other = 0.5 / (rays + 1.0);
+    other * (1.0 - other) / rays.max(1.0)
+}
+
 #[cfg(test)]
 mod tests {
     use std::collections::HashSet;

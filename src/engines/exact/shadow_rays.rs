@@ -18,7 +18,7 @@ use super::model::Model;
 use super::pair::Visible;
 use super::pieces::PieceId;
 use super::places::Place;
-use super::samples::{pair_seed, square_error};
+use super::samples::{pair_seed, square_error, unseen};
 use super::triangles::Triangles;
 use crate::engines::sampling::{Random, on_triangle};
 use crate::simd::{LANES, multiversion};
@@ -31,9 +31,14 @@ const PACKETS: usize = 32;
 /// often a group seems clear although one of its pairs is hidden, as at the foot of a blocker.
 const PILOT: u32 = 3;
 
+/// Pairs with at least so many rays fill packets of their own.
+const SOME: u32 = 3 * LANES as u32;
+
 /// Powers of the inverse of the root of x⁵ = x + 1, in units of 2⁻³²: the step of the sequence in
 /// each dimension (Roberts 2018, "The unreasonable effectiveness of quasirandom sequences").
 const STEPS: [u32; 4] = [0xdb4f_0b91, 0xbbe0_5633, 0xa0f2_ec75, 0x89e1_8285];
+
+const GOLDEN_SECTION: f64 = 0.618_033_988_749_894_9;
 
 /// A pair of a row whose visible fraction is sampled.
 #[derive(Debug, Clone, Copy)]
@@ -51,7 +56,7 @@ pub(super) struct SampledPair {
 
 impl SampledPair {
     pub fn new(column: Place, exchange: f64, rays: u32) -> Self {
-        Self { column, exchange, rays, all: [0.0; 2], clear: [0.0; 2] }
+        Self { column, exchange, rays: in_packets(rays), all: [0.0; 2], clear: [0.0; 2] }
     }
 
     /// The visible fraction, and the square of its error if there are rays to tell.
@@ -62,6 +67,11 @@ impl SampledPair {
         (fraction, square_error(all, clear))
     }
 
+    /// How many rays it has at least.
+    fn traced(&self) -> f64 {
+        f64::from(in_packets(self.rays.div_ceil(PILOT)))
+    }
+
     fn sees(&self) -> bool {
         self.clear[0] + self.clear[1] > 0.0
     }
@@ -69,6 +79,11 @@ impl SampledPair {
     fn is_blocked(&self) -> bool {
         self.clear[0] < self.all[0] || self.clear[1] < self.all[1]
     }
+}
+
+/// Many rays fill packets of their own.
+fn in_packets(rays: u32) -> u32 {
+    if rays < SOME { rays } else { rays.next_multiple_of(LANES as u32) }
 }
 
 /// Whether two pairs of a row are of one group: they are in doubt together, and packets hold rays
@@ -88,6 +103,9 @@ pub(super) struct ShadowRays {
     packets: Vec<Packet>,
     weights: Vec<Lanes>,
     blocked: Vec<u16>,
+    /// Whether the two halves of the rays of a pair are of different packets: those of one begin on
+    /// the same piece.
+    by_packets: bool,
     /// Rays traced so far.
     pub count: u64,
 }
@@ -124,6 +142,7 @@ impl ShadowRays {
     /// Traces rays from the patch at `row` to the second patches of `pairs`.
     pub fn trace(&mut self, model: &Model<'_>, row: Place, seed: u32) {
         let start = Start::new(row, seed);
+        self.by_packets = !model.is_simple(row);
         for doubtful in [false, true] {
             self.choose(doubtful);
             self.cast(model, &start);
@@ -140,7 +159,7 @@ impl ShadowRays {
             let any = |sees: fn(&SampledPair) -> bool| near.iter().any(sees);
             if !doubtful || any(SampledPair::sees) && any(SampledPair::is_blocked) {
                 for (l, pair) in (k..).zip(near) {
-                    let pilot = pair.rays.div_ceil(PILOT);
+                    let pilot = in_packets(pair.rays.div_ceil(PILOT));
                     let numbers = if doubtful { pilot..pair.rays } else { 0..pilot };
                     self.rays.extend(numbers.map(|n| (l, n)));
                 }
@@ -152,13 +171,18 @@ impl ShadowRays {
     }
 
     /// Each pair with its visible fraction. The error of pairs with one ray is how much their group
-    /// differs.
+    /// differs; where all rays of a group agree, one more might not.
     pub fn visible(&self) -> impl Iterator<Item = (&SampledPair, Visible)> {
         self.pairs.chunk_by(together).flat_map(|near| {
             let mean = near.iter().map(|a| a.visible().0).sum::<f64>() / near.len() as f64;
+            let rays: f64 = near.iter().map(SampledPair::traced).sum();
+            let agree = mean <= 0.0 || mean >= 1.0;
             near.iter().map(move |a| {
                 let (fraction, error) = a.visible();
-                (a, Visible { fraction, square_error: error.unwrap_or(mean * (1.0 - mean)) })
+                // Rays of the group tell how likely it is, but not for which of its pairs.
+                let least = if agree { unseen(rays) * rays / a.traced() } else { 0.0 };
+                let square_error = error.unwrap_or(mean * (1.0 - mean)).max(least);
+                (a, Visible { fraction, square_error })
             })
         })
     }
@@ -180,7 +204,9 @@ impl ShadowRays {
             model.bvh.blocked(&self.packets, &mut self.blocked);
             for ((run, weights), &blocked) in runs.iter().zip(&self.weights).zip(&self.blocked) {
                 for (l, &(k, n)) in self.rays[run.clone()].iter().enumerate() {
-                    let (pair, half) = (&mut self.pairs[k as usize], n as usize & 1);
+                    let pair = &mut self.pairs[k as usize];
+                    let by_packets = self.by_packets && pair.rays >= SOME;
+                    let half = if by_packets { n as usize / LANES } else { n as usize } & 1;
                     pair.all[half] += weights[l];
                     pair.clear[half] += if blocked >> l & 1 == 0 { weights[l] } else { 0.0 };
                 }
@@ -192,14 +218,15 @@ impl ShadowRays {
 /// Where the rays of a packet begin and end.
 fn ends(pairs: &[SampledPair], rays: &[(u32, u32)], model: &Model<'_>, start: &Start) -> Ends {
     // In patches of several pieces, each ray ends on a piece of its own; those of a packet begin on
-    // the same one.
+    // the same one. Both follow the golden section, which spreads them evenly.
     let piece = |patch: Place, (k, n): (u32, u32), end: usize| {
         if model.is_simple(patch) {
             return model.piece_at(patch, 0.0);
         }
         let pair = pair_seed(start.seed, [start.row, pairs[k as usize].column]);
-        let random = Random::new(pair).bits() ^ u64::from(n);
-        model.piece_at(patch, Random::new(random).numbers::<2>()[end])
+        let shift = Random::new(pair).numbers::<2>()[end];
+        let number = if end == 0 { n / LANES as u32 } else { n };
+        model.piece_at(patch, (shift + GOLDEN_SECTION * f64::from(number)).fract())
     };
     let mut ends = Ends {
         from: piece(start.row, rays[0], 0),
@@ -334,6 +361,7 @@ fn lifted(h0: f32, h1: f32, h2: f32, r: f32, s: f32, t: f32) -> (f32, f32, f32) 
 mod tests {
     use super::*;
     use crate::patches::Patches;
+    use crate::progress::Silent;
     use crate::scene::builtin;
     use crate::visibility::Bvh;
 
@@ -342,13 +370,13 @@ mod tests {
         let g = builtin::build("paper-1").unwrap().geometry;
         let p = Patches::clustered(&g, 2.0, &[]).unwrap();
         let bvh = Bvh::new(&g);
-        let model = Model::new(&g, &p, &bvh, 1e-3);
+        let model = Model::new(&g, &p, &bvh, 1e-3, &Silent).unwrap();
         let places = || (0..model.len() as u32).map(Place);
         let [row, column] = [0, 1].map(|k| places().filter(|&at| !model.is_simple(at)).nth(k));
         let [row, column] = [row, column].map(Option::unwrap);
         let pairs = [SampledPair::new(column, 1.0, LANES as u32)];
         let chosen = |seed: u32| -> Vec<[u32; 2]> {
-            let rays = (0..LANES as u32).map(|n| [(0, n)]);
+            let rays = (0..LANES as u32).map(|n| [(0, n * LANES as u32)]);
             let ends = rays.map(|ray| ends(&pairs, &ray, &model, &Start::new(row, seed)));
             ends.map(|ends| [ends.from.0, ends.to[0].0]).collect()
         };

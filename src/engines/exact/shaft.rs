@@ -15,7 +15,9 @@
 use glam::DVec3;
 
 use super::blockers::Blocker;
+use super::culling::Region;
 use super::tree::Node;
+use crate::visibility::Bvh;
 
 /// What a polygon hides between two groups.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -60,14 +62,11 @@ impl Shaft {
         }
     }
 
-    /// Whether a box is certainly outside.
-    pub fn misses_box(&self, low: DVec3, high: DVec3) -> bool {
-        self.low.cmpgt(high).any()
-            || self.high.cmplt(low).any()
-            || self.planes.iter().any(|&(n, d)| {
-                let nearest = DVec3::select(n.cmpgt(DVec3::ZERO), low, high);
-                n.dot(nearest) > d
-            })
+    /// Sets a region to the shaft, and to what lies in front of flat groups at its ends.
+    pub fn set(&self, region: &mut Region, ends: [&Node; 2], bvh: &Bvh) {
+        let fronts = ends.iter().filter_map(|n| n.plane.map(|(m, d)| (-m, -d)));
+        let corners = ends.iter().flat_map(|n| n.corners());
+        region.set(bvh, (self.low, self.high), self.planes.iter().copied().chain(fronts), corners);
     }
 
     /// Whether a polygon is certainly outside.
@@ -92,17 +91,28 @@ pub(super) fn face_away(a: &Node, b: &Node, coplanar: f64) -> bool {
     behind(a, b) || behind(b, a)
 }
 
-/// What a polygon hides between two groups that the shaft is about. `closely` also looks at small
-/// polygons from corner to corner.
+/// How closely polygons are looked at.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Look {
+    /// Only those that may hide all: what is smaller than both groups may block a part.
+    Large,
+    /// All, but small ones not from corner to corner.
+    All,
+    Closely,
+}
+
+/// What a polygon hides between two groups that the shaft is about, as far as such a look tells.
 pub(super) fn occlusion(
     q: &Blocker,
     shaft: &Shaft,
     [a, b]: [&Node; 2],
-    closely: bool,
+    look: Look,
     coplanar: f64,
 ) -> Occlusion {
-    if shaft.misses_box(q.low, q.high) {
-        return Occlusion::None;
+    // What is smaller than both groups cannot hide one from the other.
+    let large = q.low.distance_squared(q.high) >= a.diagonal().min(b.diagonal());
+    if !large && look == Look::Large {
+        return Occlusion::Partial;
     }
     let (a_low, a_high) = range(a.corners().iter().map(|&c| q.height(c)));
     let (b_low, b_high) = range(b.corners().iter().map(|&c| q.height(c)));
@@ -116,9 +126,7 @@ pub(super) fn occlusion(
     if behind(a) || behind(b) || shaft.misses(&q.corners) {
         return Occlusion::None;
     }
-    // What is smaller than both groups cannot hide one from the other.
-    let large = q.low.distance_squared(q.high) >= a.diagonal().min(b.diagonal());
-    if !large && !closely {
+    if !large && look != Look::Closely {
         return Occlusion::Partial;
     }
     if a_low > coplanar && b_high < -coplanar {

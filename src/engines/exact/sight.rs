@@ -6,11 +6,12 @@
 use std::ops::Range;
 
 use super::blockers::BlockerId;
+use super::culling::{Region, Some16};
 use super::effort::{CROWD, Effort};
 use super::model::Model;
 use super::places::{NodeId, Place, Places, Wanted};
-use super::shaft::{Occlusion, Shaft, face_away, occlusion};
-use super::tree::TILE;
+use super::shaft::{Look, Occlusion, Shaft, face_away, occlusion};
+use super::tree::{Node, TILE};
 
 /// What is known of the blockers between two patches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -37,8 +38,9 @@ pub(super) struct Sights {
     /// Where each list begins, and where the last ends.
     starts: Vec<usize>,
     /// Blockers on the way down.
-    pending: Vec<BlockerId>,
+    pending: Vec<Some16>,
     shaft: Shaft,
+    region: Region,
 }
 
 /// Between what blockers are sorted out, and how thoroughly.
@@ -62,9 +64,9 @@ impl Sights {
         let model = sorting.model;
         let [a, b] = nodes.map(|n| model.tree.node(n));
         self.shaft.between(a, b);
-        let Self { shaft, pending, .. } = self;
-        let outside = |low, high| shaft.misses_box(low, high);
-        model.blockers.tree.near(outside, |q| pending.push(BlockerId(q)));
+        let Self { shaft, pending, region, .. } = self;
+        shaft.set(region, [a, b], model.bvh);
+        model.culling.between(region, |some| pending.push(some));
         self.descend(sorting, nodes, 0..self.pending.len());
     }
 
@@ -98,25 +100,28 @@ impl Sights {
             return;
         }
         self.shaft.between(a, b);
+        self.shaft.set(&mut self.region, [a, b], model.bvh);
         let from = self.pending.len();
-        let leaves = a.is_leaf() && b.is_leaf();
-        let closely = leaves && given.len() <= CROWD / 2;
         for k in given {
-            let q = self.pending[k];
-            let blocker = model.blockers.polygon(q);
-            match occlusion(blocker, &self.shaft, [a, b], closely, model.touching) {
-                Occlusion::None => {}
-                Occlusion::Partial => self.pending.push(q),
-                Occlusion::Complete => {
-                    self.pending.truncate(from);
-                    return;
-                }
-            }
+            let Self { pending, region, .. } = self;
+            let some = pending[k];
+            model.culling.of_block(some, region, &mut |some| pending.push(some));
+        }
+        let (leaves, count) = (a.is_leaf() && b.is_leaf(), self.count(from));
+        let look = match leaves {
+            true if count <= CROWD / 2 => Look::Closely,
+            false if count > CROWD => Look::Large,
+            _ => Look::All,
+        };
+        if self.drop_what_hides_nothing(model, [a, b], look, from) {
+            self.pending.truncate(from);
+            return;
         }
         let left = from..self.pending.len();
         let crowded = || {
             let factor = a.factor(b) / model.rms_factor;
-            sorting.effort.is_crowd(left.len(), a.places.len() * b.places.len(), factor)
+            let pairs = a.places.len() * b.places.len();
+            sorting.effort.is_crowd(self.count(from), pairs, factor)
         };
         let places = [a.places, b.places];
         if left.is_empty() {
@@ -125,7 +130,8 @@ impl Sights {
             self.mark(sorting, places, Sight::CROWDED);
         } else if leaves {
             let list = Sight::LISTS + (self.starts.len() - 1) as u16;
-            self.lists.extend_from_slice(&self.pending[left]);
+            let ids = |&some| model.culling.members(some).map(|(_, q)| q);
+            self.lists.extend(self.pending[left].iter().flat_map(ids));
             self.starts.push(self.lists.len());
             self.mark(sorting, places, Sight(list));
         } else if let (true, Some([x, y])) = (same, a.children) {
@@ -142,6 +148,40 @@ impl Sights {
             }
         }
         self.pending.truncate(from);
+    }
+
+    /// How many blockers are pending, from a place in the list on.
+    fn count(&self, from: usize) -> usize {
+        self.pending[from..].iter().map(|some| some.len()).sum()
+    }
+
+    /// Drops from the pending blockers what hides nothing between two nodes; returns whether one of
+    /// them hides all.
+    fn drop_what_hides_nothing(
+        &mut self,
+        model: &Model<'_>,
+        nodes: [&Node; 2],
+        look: Look,
+        from: usize,
+    ) -> bool {
+        let mut kept = from;
+        for k in from..self.pending.len() {
+            let mut some = self.pending[k];
+            for (lane, q) in model.culling.members(some) {
+                let blocker = model.blockers.polygon(q);
+                match occlusion(blocker, &self.shaft, nodes, look, model.touching) {
+                    Occlusion::None => some.drop(lane),
+                    Occlusion::Partial => {}
+                    Occlusion::Complete => return true,
+                }
+            }
+            if some.len() > 0 {
+                self.pending[kept] = some;
+                kept += 1;
+            }
+        }
+        self.pending.truncate(kept);
+        false
     }
 
     fn mark(&mut self, sorting: &Sorting<'_>, [rows, columns]: [Places; 2], sight: Sight) {

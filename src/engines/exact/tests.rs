@@ -3,7 +3,7 @@ use glam::DVec3;
 use super::*;
 use crate::engines::{Engine, Rays, RaysOptions};
 use crate::form_factors::FormFactors;
-use crate::progress::Silent;
+use crate::progress::{Cancelled, Progress, Silent};
 use crate::scene::builtin::{self, Mesh};
 use crate::scene::{Material, SceneBuilder, Side, Sides, Surface};
 
@@ -21,7 +21,7 @@ fn scene(triangles: &[[DVec3; 3]], sides: Sides) -> Geometry {
 
 fn rows_of(g: &Geometry, p: &Patches, options: ExactOptions) -> Vec<Row> {
     let bvh = Bvh::new(g);
-    let mut engine = Exact::new(g, p, &bvh, options);
+    let mut engine = Exact::new(g, p, &bvh, options, &Silent).unwrap();
     let ids: Vec<PatchId> = p.ids().collect();
     let mut rows = vec![Row::default(); ids.len()];
     engine.fill(&ids, &mut rows).unwrap();
@@ -38,7 +38,8 @@ fn the_matrix_has_the_bits_of_its_rows_for_any_threads() {
         for threads in [1, 2, 8] {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             let f = pool.install(|| {
-                let mut engine = Exact::new(&g, &p, &bvh, ExactOptions::default());
+                let mut engine =
+                    Exact::new(&g, &p, &bvh, ExactOptions::default(), &Silent).unwrap();
                 let mut factors = FormFactors::new(p.len(), 1 << 32);
                 let ids: Vec<PatchId> = p.ids().collect();
                 engine.make(&ids, &mut factors, &Silent).unwrap();
@@ -52,7 +53,7 @@ fn the_matrix_has_the_bits_of_its_rows_for_any_threads() {
                 assert_eq!(f.account(id).lost, row.lost);
             }
         }
-        let mut engine = Exact::new(&g, &p, &bvh, ExactOptions::default());
+        let mut engine = Exact::new(&g, &p, &bvh, ExactOptions::default(), &Silent).unwrap();
         for id in [3, 40, 77].map(PatchId) {
             let mut row = vec![Row::default()];
             engine.fill(&[id], &mut row).unwrap();
@@ -80,7 +81,7 @@ fn an_interrupt_is_heard_between_two_pairs_of_tiles() {
     let p = Patches::uniform(&g, 0.005).unwrap();
     let bvh = Bvh::new(&g);
     let ids: Vec<PatchId> = p.ids().collect();
-    let mut engine = Exact::new(&g, &p, &bvh, ExactOptions::default());
+    let mut engine = Exact::new(&g, &p, &bvh, ExactOptions::default(), &Silent).unwrap();
     let mut factors = FormFactors::new(p.len(), 1 << 32);
     let error = engine.make(&ids, &mut factors, &CancelAfter(2.into())).unwrap_err();
     assert!(crate::progress::is_cancelled(&error), "{error}");
@@ -98,6 +99,23 @@ fn a_closed_cube_loses_nothing() {
         let worst = rows.iter().map(|r| r.lost.abs()).fold(0.0, f64::max);
         assert!(worst < 1e-4, "{size} {worst}");
         assert!(rows.iter().all(|r| r.environment == 0.0 && r.back == 0.0));
+    }
+}
+
+#[test]
+fn between_the_walls_of_a_convex_room_no_ray_is_cast() {
+    let room = cuboid(DVec3::ZERO, DVec3::new(4.0, 2.7, 5.0), true);
+    for turn in [0.0, 0.3, 2.0] {
+        let turned = glam::DQuat::from_scaled_axis(DVec3::new(0.3, 0.8, -0.5) * turn);
+        let triangles: Vec<_> = room.iter().map(|t| t.map(|v| turned * v)).collect();
+        let g = scene(&triangles, Sides::One);
+        for size in [1.0, 0.05] {
+            let (p, bvh) = (Patches::uniform(&g, size).unwrap(), Bvh::new(&g));
+            let mut engine = Exact::new(&g, &p, &bvh, ExactOptions::default(), &Silent).unwrap();
+            let ids: Vec<PatchId> = p.ids().collect();
+            engine.fill(&ids, &mut vec![Row::default(); ids.len()]).unwrap();
+            assert_eq!(engine.counts()[1..], [0, 0], "{turn} {size}");
+        }
     }
 }
 
@@ -411,4 +429,45 @@ fn rays_between_touching_patches_go_by_solid_angle() {
         let fraction = visible_fraction(&g, &p, ExactOptions { error: 1e-4, seed });
         assert!((fraction - expected).abs() < 0.01, "{seed}: {fraction} {expected}");
     }
+}
+
+/// Stops at the first time that it is asked.
+struct Stop;
+
+impl Progress for Stop {
+    fn stage(&self, _: &str, _: u64) {}
+
+    fn advance(&self, _: u64) -> Result<(), Cancelled> {
+        Err(Cancelled)
+    }
+}
+
+/// Counts how often it is asked.
+#[derive(Default)]
+struct Count(std::sync::atomic::AtomicUsize);
+
+impl Progress for Count {
+    fn stage(&self, _: &str, _: u64) {}
+
+    fn advance(&self, _: u64) -> Result<(), Cancelled> {
+        self.0.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+        Ok(())
+    }
+}
+
+#[test]
+fn preparing_can_be_stopped_at_any_time() {
+    let g = builtin::build("cornell-box").unwrap().geometry;
+    let p = Patches::uniform(&g, 0.05).unwrap();
+    let (bvh, options) = (Bvh::new(&g), ExactOptions::default());
+    assert!(Exact::new(&g, &p, &bvh, options, &Stop).is_err());
+    let count = Count::default();
+    let mut engine = Exact::new(&g, &p, &bvh, options, &count).unwrap();
+    // Each pair of tiles is a fraction of what is prepared, and asks first.
+    let prepared = count.0.load(std::sync::atomic::Ordering::Relaxed);
+    assert!(prepared > 100, "{prepared}");
+    let rows: Vec<PatchId> = p.ids().take(64).collect();
+    engine.fill(&rows, &mut vec![Row::default(); 64]).unwrap();
+    let asked = count.0.load(std::sync::atomic::Ordering::Relaxed) - prepared;
+    assert!(asked > 64, "{asked}");
 }

@@ -1,10 +1,11 @@
 //! The exchange of all pairs between two tiles.
 
 use super::blockers::BlockerId;
-use super::effort::{Effort, left_to_rays};
+use super::effort::{EACH_PART, Effort, left_to_rays};
 use super::far::{CLOSELY, exchange_with};
 use super::model::Model;
-use super::pair::{Pair, Visible};
+use super::pair::{Pair, Part};
+use super::pair_rays::visible_by_few_rays;
 use super::places::{Place, Places, TileId, Wanted};
 use super::polygon::facing;
 use super::samples::pair_seed;
@@ -41,6 +42,16 @@ impl Default for TileBuffers {
             tally: Tally::default(),
         }
     }
+}
+
+/// What a pair exchanges.
+struct Exchanged {
+    /// S in m², 0 if nothing.
+    s: f64,
+    /// The square of its error, if something hides a part of it.
+    square_error: Option<f64>,
+    /// Whether few rays tell, whose number follows from the error asked for.
+    by_rays: bool,
 }
 
 /// How pairs are evaluated.
@@ -119,14 +130,19 @@ impl Task<'_> {
             let blockers = sights.blockers(sight);
             let usual = self.effort.usual_rays(factor);
             let simple = pair.iter().all(|&at| model.is_simple(at));
-            let sampled = left_to_rays(blockers.map(<[_]>::len), usual) || good && !simple;
+            let parts = pair.map(|at| model.pieces(at).len() as u32);
+            let parts = parts[0].saturating_mul(parts[1]).max(1);
+            let sampled = left_to_rays(blockers.map(<[_]>::len), usual / parts)
+                || good && !simple && usual / EACH_PART < parts;
             if s != CLOSELY && sampled {
                 rays.pairs.push(SampledPair::new(column, far, self.effort.rays(usual)));
                 continue;
             }
             let known = (s > 0.0 && simple).then_some(far);
-            let (s, error) = self.closely(pair, known, blockers, pair_buffers);
-            sums.add(pair, s, error, each);
+            let found = self.closely(pair, known, blockers, pair_buffers);
+            let before = sums.error;
+            sums.add(pair, found.s, found.square_error, each);
+            sums.ray_error += if found.by_rays { sums.error - before } else { 0.0 };
         }
         rays.trace(model, row, self.seed);
         let before = sums.error;
@@ -138,21 +154,21 @@ impl Task<'_> {
         sums.ray_error += sums.error - before;
     }
 
-    /// S of one pair, 0 if it exchanges nothing, and the square of its error if something hides a
-    /// part of it. `known` is S with nothing in the way, if it is known.
+    /// What one pair exchanges. `known` is S with nothing in the way, if it is known.
     fn closely(
         &self,
         [i, j]: [Place; 2],
         known: Option<f64>,
         blockers: Option<&[BlockerId]>,
         buffers: &mut PairBuffers,
-    ) -> (f64, Option<f64>) {
+    ) -> Exchanged {
         let model = self.model;
         let tolerance =
             (TOLERANCE * self.effort.error).min(MOST_TOLERANCE) * model.area(i).min(model.area(j));
-        let (mut sum, mut error) = (0.0, None);
-        for p in model.pieces(i) {
-            for q in model.pieces(j) {
+        let mut parts = std::mem::take(&mut buffers.parts);
+        parts.clear();
+        for (k, p) in (0..).zip(model.pieces(i)) {
+            for (l, q) in (0..).zip(model.pieces(j)) {
                 let polygons = match known {
                     Some(_) => (p.polygon, q.polygon),
                     None => match facing(&p.polygon, &q.polygon, model.coplanar) {
@@ -161,30 +177,57 @@ impl Task<'_> {
                     },
                 };
                 let s = known.unwrap_or_else(|| exchange(&polygons.0, &polygons.1, tolerance));
-                if s <= 0.0 {
-                    continue;
-                }
-                let v = if blockers.is_some_and(<[_]>::is_empty) {
-                    Visible::ALL
-                } else {
-                    let factor = model.relative_factor([i, j], s);
-                    let pair = Pair {
-                        pieces: [p, q],
-                        polygons: polygons.into(),
-                        blockers,
-                        tolerance: self.effort.tolerance(factor),
-                        work: self.effort.work(factor),
-                        exchange: s,
-                        seed: pair_seed(self.seed, [i, j]),
-                    };
-                    visible(&pair, model, buffers)
-                };
-                sum += s * v.fraction;
-                if v.is_doubtful() {
-                    *error.get_or_insert(0.0) += s * s * v.square_error;
+                if s > 0.0 {
+                    parts.push(Part { pieces: [k, l], polygons: polygons.into(), exchange: s });
                 }
             }
         }
-        (sum, error)
+        let all: f64 = parts.iter().map(|part| part.exchange).sum();
+        let mut found = Exchanged { s: all, square_error: None, by_rays: false };
+        if all > 0.0 && !blockers.is_some_and(<[_]>::is_empty) {
+            found = self.partly([i, j], &parts, all, blockers, buffers);
+        }
+        buffers.parts = parts;
+        found
+    }
+
+    /// What a pair of such parts exchanges, which is `all` with nothing in the way.
+    fn partly(
+        &self,
+        [i, j]: [Place; 2],
+        parts: &[Part],
+        all: f64,
+        blockers: Option<&[BlockerId]>,
+        buffers: &mut PairBuffers,
+    ) -> Exchanged {
+        let model = self.model;
+        let pair = |part: &Part| {
+            let [k, l] = part.pieces;
+            let factor = model.relative_factor([i, j], part.exchange);
+            Pair {
+                pieces: [&model.pieces(i)[k as usize], &model.pieces(j)[l as usize]],
+                polygons: part.polygons,
+                blockers,
+                tolerance: self.effort.tolerance(factor),
+                work: self.effort.work(factor),
+                exchange: part.exchange,
+                seed: pair_seed(self.seed, [i, j]),
+            }
+        };
+        let usual = self.effort.usual_rays(model.relative_factor([i, j], all));
+        if let Some(rays) = self.effort.rays_of_parts(usual, parts.len()) {
+            let v = visible_by_few_rays(parts, pair, model, rays, &mut buffers.rays);
+            let square_error = v.is_doubtful().then_some(all * all * v.square_error);
+            return Exchanged { s: all * v.fraction, square_error, by_rays: true };
+        }
+        let (mut sum, mut error) = (0.0, None);
+        for part in parts {
+            let (s, v) = (part.exchange, visible(&pair(part), model, buffers));
+            sum += s * v.fraction;
+            if v.is_doubtful() {
+                *error.get_or_insert(0.0) += s * s * v.square_error;
+            }
+        }
+        Exchanged { s: sum, square_error: error, by_rays: false }
     }
 }

@@ -3,13 +3,20 @@
 
 use std::f64::consts::PI;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
+use super::convex::convex_hull;
 use super::places::{NodeId, Place, Places, TileId};
 use crate::patches::PatchId;
 
 /// Most patches in a leaf.
 pub(super) const LEAF: usize = 4;
+
+/// Most points whose convex hull holds the patches of a node: enough for the triangles of a leaf.
+const CORNERS: usize = 3 * LEAF;
+
+/// Corners of a box.
+const BOX: u8 = 8;
 
 /// Most patches in a tile: a node that is a unit of work.
 pub(super) const TILE: usize = 128;
@@ -36,7 +43,7 @@ pub(super) struct Node {
     pub high: DVec3,
     /// The common plane: a unit normal and the distance along it.
     pub plane: Option<(DVec3, f64)>,
-    corners: [DVec3; 8],
+    corners: [DVec3; CORNERS],
     count: u8,
     /// Mean area of its patches in m².
     pub patch_area: f64,
@@ -50,7 +57,7 @@ impl Node {
 
     /// Takes the corners of the patches instead of those of the box, if they are few.
     fn take_few_corners<'a>(&mut self, points: impl Iterator<Item = &'a DVec3>) {
-        let (mut few, mut count) = ([DVec3::ZERO; 8], 0);
+        let (mut few, mut count) = ([DVec3::ZERO; CORNERS], 0);
         for p in points.filter(|p| p.is_finite()) {
             if few[..count].contains(p) {
                 continue;
@@ -190,7 +197,7 @@ impl Tree {
                 };
                 DVec3::new(pick(0, 0), pick(1, 1), pick(2, 2))
             }),
-            count: 8,
+            count: BOX,
             patch_area: 0.0,
         };
         node.take_few_corners(patches.iter().flat_map(|&p| corners(p)));
@@ -202,21 +209,23 @@ impl Tree {
             && points().all(|&v| normal.dot(v - origin).abs() <= coplanar);
         if flat {
             node.plane = Some((normal, normal.dot(origin)));
-            let points: Vec<DVec3> = points().copied().collect();
-            let rectangle = if let [a, b, c] = points[..] {
-                [a, b, c, c]
-            } else {
-                rectangle(&points, normal, second - origin)
+            let (u, v) = normal.any_orthonormal_pair();
+            let hull =
+                convex_hull(points().map(|&p| (DVec2::new(u.dot(p), v.dot(p)), p)).collect());
+            let outline: Vec<DVec3> = match hull.len() <= node.corners.len() {
+                true => hull.into_iter().map(|corner| corner.1).collect(),
+                false => rectangle(&points().copied().collect::<Vec<_>>(), normal, second - origin)
+                    .to_vec(),
             };
-            node.corners[..4].copy_from_slice(&rectangle);
-            node.count = if points.len() == 3 { 3 } else { 4 };
+            node.corners[..outline.len()].copy_from_slice(&outline);
+            node.count = outline.len() as u8;
         }
         node
     }
 }
 
 /// The smaller rectangle about points of a plane, along an edge or along the longest axis.
-fn rectangle(points: &[DVec3], normal: DVec3, edge: DVec3) -> [DVec3; 4] {
+pub(super) fn rectangle(points: &[DVec3], normal: DVec3, edge: DVec3) -> [DVec3; 4] {
     let about = |direction: DVec3| {
         let u = (direction - normal * normal.dot(direction))
             .normalize_or(normal.any_orthonormal_vector());

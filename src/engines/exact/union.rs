@@ -79,9 +79,10 @@ fn subtract(
     spare: &mut Vec<Vec<DVec3>>,
 ) {
     let size = |v: DVec3| v.abs().max_element();
+    let noise = NOISE * part.iter().fold(DVec3::ZERO, |m, r| m.max(r.abs())).max_element();
     let outside = |n: DVec3| {
-        let noise = NOISE * size(n);
-        part.iter().all(|&r| n.dot(r) <= noise * size(r))
+        let noise = noise * size(n);
+        part.iter().all(|&r| n.dot(r) <= noise)
     };
     if planes.len() < 3 || planes.iter().any(|&n| outside(n)) {
         left.push(part);
@@ -89,10 +90,10 @@ fn subtract(
     }
     let mut rest = part;
     for &n in planes {
-        let noise = NOISE * size(n);
+        let noise = noise * size(n);
         let height = |r: DVec3| {
             let h = n.dot(r);
-            if h.abs() <= noise * size(r) { 0.0 } else { h }
+            if h.abs() <= noise { 0.0 } else { h }
         };
         if rest.iter().all(|&r| height(r) >= 0.0) {
             continue;

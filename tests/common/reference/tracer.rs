@@ -9,6 +9,8 @@ pub struct Tracer {
     areas: Vec<f64>,
     nodes: Vec<Node>,
     order: Vec<u32>,
+    /// Those that each triangle faces in its own plane.
+    touching: Vec<Vec<usize>>,
     /// Length of the diagonal of all, m.
     size: f64,
 }
@@ -41,12 +43,15 @@ impl Tracer {
             areas: twice.iter().map(|n| 0.5 * n.length()).collect(),
             nodes: Vec::new(),
             order: (0..corners.len() as u32).collect(),
+            touching: Vec::new(),
             corners,
             size: 0.0,
         };
         let middles: Vec<DVec3> = me.corners.iter().map(|t| t.iter().sum::<DVec3>()).collect();
         me.build(0, me.corners.len(), &middles);
         me.size = me.nodes.first().map_or(0.0, |n| (n.high - n.low).length());
+        let touching = |i| (0..me.len()).filter(|&j| me.touch(i, j) || me.touch(j, i)).collect();
+        me.touching = (0..me.len()).map(touching).collect();
         me
     }
 
@@ -77,6 +82,16 @@ impl Tracer {
         let reach = TOUCH * self.size;
         let flat = |v: &DVec3| (v - self.corners[i][0]).dot(n).abs() <= reach;
         n.dot(self.normals[j]) < -0.99 && self.corners[j].iter().all(flat)
+    }
+
+    /// Whether another triangle lies on triangle `i` at a point of it, face to face: nothing sees
+    /// that point.
+    fn is_covered(&self, i: usize, p: DVec3) -> bool {
+        self.touching[i].iter().any(|&t| {
+            let n = self.normals[t];
+            let [a, b, c] = self.corners[t];
+            [(a, b), (b, c), (c, a)].iter().all(|(a, b)| n.cross(b - a).dot(p - a) >= 0.0)
+        })
     }
 
     /// A point of a triangle, uniform if `u` and `v` are in 0..1.
@@ -161,7 +176,7 @@ impl Tracer {
     /// Whether nothing but triangles `i` and `j` lies between two points.
     pub fn clear(&self, from: DVec3, to: DVec3, i: usize, j: usize) -> bool {
         let d = to - from;
-        let mut clear = true;
+        let mut clear = !self.is_covered(i, from) && !self.is_covered(j, to);
         self.walk(from, d, 1.0, |t| {
             if t != i && t != j && self.meets(t, from, d).is_some_and(|s| s > 0.0 && s < 1.0) {
                 clear = false;
@@ -172,8 +187,12 @@ impl Tracer {
         clear
     }
 
-    /// The first triangle but `own` that a ray meets.
+    /// The first triangle but `own` that a ray meets; what covers `own` there, or the triangle met,
+    /// shows its back.
     pub fn first(&self, from: DVec3, d: DVec3, own: usize) -> Option<Hit> {
+        if self.is_covered(own, from) {
+            return Some(Hit { triangle: own, front: false });
+        }
         let mut found: Option<(f64, usize)> = None;
         self.walk(from, d, f64::INFINITY, |t| {
             let nearest = found.map_or(f64::INFINITY, |f| f.0);
@@ -181,7 +200,10 @@ impl Tracer {
             found = at.map(|s| (s, t)).or(found);
             found.map_or(f64::INFINITY, |f| f.0)
         });
-        found.map(|(_, triangle)| Hit { triangle, front: d.dot(self.normals[triangle]) < 0.0 })
+        found.map(|(s, triangle)| {
+            let front = d.dot(self.normals[triangle]) < 0.0;
+            Hit { triangle, front: front && !self.is_covered(triangle, from + d * s) }
+        })
     }
 
     /// All triangles but `own` whose fronts a ray meets, hidden or not.
