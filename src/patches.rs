@@ -19,6 +19,7 @@ mod contact;
 mod crossed;
 mod crossing;
 mod fragments;
+mod line;
 mod members;
 mod mesh;
 mod point;
@@ -27,6 +28,7 @@ mod subdivide;
 mod territory;
 #[cfg(test)]
 mod tests;
+mod touching;
 
 pub use adaptive::SplitCells;
 pub use cell::Cell;

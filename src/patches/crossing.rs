@@ -1,10 +1,12 @@
 //! Finds the patches that contact lines pass through, and the owners of what lies beyond.
 
 use glam::{DVec2, DVec3};
+use rayon::prelude::*;
 
 use super::cell::Cell;
-use super::contact::{ContactLines, Line};
-use super::crossed::{CrossedPatch, CrossedPatches, MIXED, NONE, TABLE_LEVEL};
+use super::contact::ContactLines;
+use super::crossed::{CrossedPatch, CrossedPatches, MIXED, NONE, TABLE_LEVEL, WHOLE, Way};
+use super::line::Line;
 use super::mesh::Patches;
 use super::point::PatchId;
 use super::split::Split;
@@ -12,22 +14,38 @@ use super::split::Split;
 /// Patches whose centres lie within this many strips may own what lies beyond a line.
 const NEAR: f64 = 2.5;
 
+/// Of the lines about a patch so many are kept, the nearest; what lies behind the last of them owns
+/// nothing here.
+const MOST_LINES: usize = 128;
+
 /// The patches that contact lines pass through, and the owners of what lies beyond.
-pub(super) fn find_crossed(patches: &Patches, lines: &ContactLines) -> CrossedPatches {
-    let mut me =
-        CrossedPatches { sides: vec![false; patches.splits().len()], ..CrossedPatches::default() };
-    for (side, split) in patches.splits().iter().enumerate() {
-        let lines = lines.of(side);
-        let Split::Uniform { first, level } = *split else { continue };
-        if lines.is_empty() {
-            continue;
+pub(super) fn find_crossed(patches: &Patches, contacts: &ContactLines) -> CrossedPatches {
+    let mut me = CrossedPatches::default();
+    me.sides.resize_with(patches.splits().len(), Default::default);
+    let touched: Vec<(usize, PatchId, [u32; 2])> = (0..)
+        .zip(patches.splits())
+        .filter(|(side, _)| contacts.any_on(*side))
+        .filter_map(|(side, split)| match *split {
+            Split::Uniform { first, level } => Some((side, [first, u32::from(level)])),
+            Split::None | Split::Adaptive { .. } => None,
+        })
+        .flat_map(|(side, grid @ [first, level])| {
+            (first..first + (1 << (2 * level))).map(move |id| (side, PatchId(id), grid))
+        })
+        .collect();
+    let crossed: Vec<Option<CrossedPatch>> = touched
+        .par_iter()
+        .map(|&(side, id, grid)| crossed_patch(patches, id, grid, side, contacts))
+        .collect();
+    for ((side, id, _), crossed) in touched.into_iter().zip(crossed) {
+        let Some(crossed) = crossed else { continue };
+        if me.index.is_empty() {
+            me.index = vec![NONE; patches.len()];
         }
-        for id in (first..first + (1 << (2 * u32::from(level)))).map(PatchId) {
-            let Some(crossed) = crossed_patch(patches, id, first, level, lines) else { continue };
-            if me.index.is_empty() {
-                me.index = vec![NONE; patches.len()];
-            }
-            me.sides[side] = true;
+        me.sides[side].entered = true;
+        me.index[id.index()] = WHOLE;
+        if !crossed.others.is_empty() {
+            me.sides[side].parted = true;
             me.index[id.index()] = me.patches.len() as u32;
             me.patches.push(crossed);
         }
@@ -42,16 +60,45 @@ impl CrossedPatch {
         if self.sees(at, self.centre) {
             return 0;
         }
-        let seen = candidates
-            .iter()
-            .filter(|o| self.sees(at, o.1))
-            .min_by(|a, b| a.1.distance_squared(at).total_cmp(&b.1.distance_squared(at)));
-        let Some(&other) = seen else { return 0 };
+        let (mut seen, mut nearest) = (None, f64::INFINITY);
+        for other in candidates {
+            let distance = other.1.distance_squared(at);
+            if distance < nearest && self.sees(at, other.1) {
+                (seen, nearest) = (Some(*other), distance);
+            }
+        }
+        let Some(other) = seen else { return 0 };
         let k = self.others.iter().position(|o| o.0 == other.0).unwrap_or_else(|| {
             self.others.push(other);
             self.others.len() - 1
         });
         (k + 1).min(usize::from(MIXED - 1)) as u8
+    }
+
+    /// Lists the lines that may cross ways from mixed cells of the table, as far as those ways are
+    /// tried.
+    fn list_ways(&mut self, corners: [DVec2; 3], outlines: &[[DVec2; 3]]) {
+        let numbers = 0..self.lines.len() as u8;
+        let targets = std::iter::once(self.centre).chain(self.others.iter().map(|o| o.1));
+        let ways: Vec<(DVec2, Vec<u8>)> = targets
+            .map(|to| {
+                let may = |&k: &u8| self.lines[usize::from(k)].may_part(corners, to);
+                (to, numbers.clone().filter(may).collect())
+            })
+            .collect();
+        self.starts.push(0);
+        for (outline, _) in outlines.iter().zip(self.table).filter(|c| c.1 == MIXED) {
+            for (owner, (to, lines)) in ways.iter().enumerate().take(usize::from(MIXED)) {
+                let before = self.crossing.len();
+                let may = |&&k: &&u8| self.lines[usize::from(k)].may_part(*outline, *to);
+                self.crossing.extend(lines.iter().filter(may));
+                self.ways.push(Way { owner: owner as u8, to: self.crossing.len() as u32 });
+                if self.crossing.len() == before {
+                    break;
+                }
+            }
+            self.starts.push(self.ways.len() as u32);
+        }
     }
 }
 
@@ -59,47 +106,79 @@ impl CrossedPatch {
 fn crossed_patch(
     patches: &Patches,
     id: PatchId,
-    first: u32,
-    level: u8,
-    lines: &[Line],
+    [first, level]: [u32; 2],
+    side: usize,
+    contacts: &ContactLines,
 ) -> Option<CrossedPatch> {
     let cell = patches.cell(id);
     let strip = 1.0 / f64::from(cell.strips());
     let centre = patches.origin(id).uv;
-    let corners = cell.barycentric().map(|l| DVec2::new(l.y, l.z));
-    let middle = patches.center(id).uv;
-    let near = |reach: f64| move |l: &&Line| l.near(middle, reach * strip);
-    if !lines.iter().filter(near(1.0)).any(|l| l.enters(corners)) {
+    let corners @ [a, b, c] = cell.barycentric().map(|l| DVec2::new(l.y, l.z));
+    let within = [a.min(b).min(c), a.max(b).max(c)];
+    if !contacts.any(side, within, |l| l.enters(corners)) {
         return None;
     }
+    let mut me = CrossedPatch {
+        centre,
+        lines: Vec::new(),
+        others: Vec::new(),
+        table: [0; 64],
+        starts: Vec::new(),
+        ways: Vec::new(),
+        crossing: Vec::new(),
+    };
+    // A side of one patch has no neighbours that might own parts of it.
+    if level == 0 {
+        return Some(me);
+    }
     // A way to a neighbour's centre may cross lines beyond the patch itself.
-    let lines: Vec<Line> = lines.iter().filter(near(NEAR + 1.0)).copied().collect();
-    let mut me = CrossedPatch { centre, lines, others: Vec::new(), table: [0; 64] };
+    let middle = patches.center(id).uv;
+    let about = (NEAR + 1.0) * strip;
+    me.lines = contacts.all(side, [middle - about, middle + about], |l| l.near(middle, about));
+    let known = keep_nearest(&mut me.lines, middle);
     let mut candidates = neighbours(patches, id, first, level);
-    candidates.retain(|o| (o.1 - centre).abs().max_element() <= NEAR * strip);
+    candidates.retain(|o| {
+        (o.1 - centre).abs().max_element() <= NEAR * strip && o.1.distance(middle) < known
+    });
     candidates.sort_by(|a, b| {
         a.1.distance_squared(centre).total_cmp(&b.1.distance_squared(centre)).then(a.0.cmp(&b.0))
     });
-    for (k, small) in Cell::grid(cell.triangle, cell.side, TABLE_LEVEL).enumerate() {
-        let [a, b, c] = small.barycentric();
-        let on_source = |local: DVec3| cell.point(local).uv;
-        let at = on_source((a + b + c) / 3.0);
-        let outline = [on_source(a), on_source(b), on_source(c)];
-        me.table[k] = if me.lines.iter().any(|l| l.enters(outline)) {
+    let inside: Vec<Line> = me.lines.iter().filter(|l| l.enters(corners)).copied().collect();
+    let on_source = |local: DVec3| cell.point(local).uv;
+    let small = Cell::grid(cell.triangle, cell.side, TABLE_LEVEL).map(|small| small.barycentric());
+    let small: Vec<[DVec2; 3]> = small.map(|corners| corners.map(on_source)).collect();
+    for (k, outline) in small.iter().enumerate() {
+        me.table[k] = if inside.iter().any(|l| l.enters(*outline)) {
             // A line has a corner on each of its sides, however thin a sliver it cuts off.
-            for corner in outline {
+            for corner in *outline {
                 me.code_at(corner, &candidates);
             }
             MIXED
         } else {
-            me.code_at(at, &candidates)
+            me.code_at((outline[0] + outline[1] + outline[2]) / 3.0, &candidates)
         };
+    }
+    if !me.others.is_empty() {
+        me.list_ways(corners, &small);
     }
     Some(me)
 }
 
+/// Keeps the lines nearest to `middle`; within the distance returned none is missing.
+fn keep_nearest(lines: &mut Vec<Line>, middle: DVec2) -> f64 {
+    if lines.len() <= MOST_LINES {
+        return f64::INFINITY;
+    }
+    let mut by_distance: Vec<(f64, Line)> =
+        lines.iter().map(|l| (l.distance(middle), *l)).collect();
+    by_distance.sort_by(|a, b| a.0.total_cmp(&b.0));
+    lines.clear();
+    lines.extend(by_distance[..MOST_LINES].iter().map(|l| l.1));
+    by_distance[MOST_LINES].0
+}
+
 /// The patches of the same side within a few strips, with their centres.
-fn neighbours(patches: &Patches, id: PatchId, first: u32, level: u8) -> Vec<(PatchId, DVec2)> {
+fn neighbours(patches: &Patches, id: PatchId, first: u32, level: u32) -> Vec<(PatchId, DVec2)> {
     let [i, j, _] = patches.cell(id).strip();
     let n = 1_u32 << level;
     let around = |i: u32| i.saturating_sub(3)..(i + 4).min(n);

@@ -6,9 +6,10 @@ use std::sync::{Arc, OnceLock};
 use glam::{DVec2, DVec3};
 
 use super::cell::{Cell, index_in_grid};
-use super::contact::{ContactLines, Plane};
+use super::contact::ContactLines;
 use super::crossed::CrossedPatches;
 use super::fragments::Fragments;
+use super::line::Plane;
 use super::members::Members;
 use super::point::{PatchId, SurfacePoint, side_index};
 use super::split::Split;
@@ -168,13 +169,14 @@ impl Patches {
         self.finest.as_ref().map(|f| (&*f.patches, &f.patch_of[..]))
     }
 
-    /// Whether something parts patches of this side, so that [`owner`](Self::owner) matters.
+    /// Whether points of some patch of this side belong to others, so that [`owner`](Self::owner)
+    /// matters.
     #[inline(always)]
     pub(crate) fn has_crossed(&self, side: usize) -> bool {
         self.crossed.on_side(side)
     }
 
-    /// Whether something parts this patch.
+    /// Whether some points of this patch belong to others.
     #[inline(always)]
     pub(crate) fn is_crossed(&self, id: PatchId) -> bool {
         self.crossed.is_crossed(id)
@@ -194,12 +196,12 @@ impl Patches {
     /// Whether something stands on or passes through the surface near a patch.
     pub(crate) fn has_contact(&self, id: PatchId) -> bool {
         let cell = self.cell(id);
-        let lines = self.contacts.of(side_index(cell.triangle, cell.side));
         /// Strips from the centre within which a contact concerns a patch: two rings about it.
         const REACH: f64 = 2.0;
         let reach = REACH / f64::from(cell.strips());
         let centre = cell.point(DVec3::splat(1.0 / 3.0)).uv;
-        lines.iter().any(|l| l.near(centre, reach))
+        let within = [centre - reach, centre + reach];
+        self.contacts.any(side_index(cell.triangle, cell.side), within, |l| l.near(centre, reach))
     }
 
     /// Whether something stands on edge `k` of a side that no neighbour there shares.
@@ -213,13 +215,16 @@ impl Patches {
         let ends = [a, b].map(|i| self.origin(i).position(geometry));
         [a, b].iter().all(|&i| {
             let cell = self.cell(i);
-            let lines = self.contacts.of(side_index(cell.triangle, cell.side));
-            if lines.is_empty() {
+            let side = side_index(cell.triangle, cell.side);
+            if !self.contacts.any_on(side) {
                 return true;
             }
             let plane = Plane::of(geometry.corners(cell.triangle));
             let [p, q] = ends.map(|e| plane.uv(e));
-            !lines.iter().any(|l| l.separates(p, q))
+            // Lines that end beside the way count where rounding says so.
+            let slack = 1e-6 * (q - p).length();
+            let within = [p.min(q) - slack, p.max(q) + slack];
+            !self.contacts.any(side, within, |l| l.separates(p, q))
         })
     }
 

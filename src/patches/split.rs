@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use crate::scene::{Geometry, Side};
+use crate::scene::{Geometry, Side, TriangleId};
 
 /// Why a scene cannot be split as asked.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
@@ -71,9 +71,10 @@ pub(crate) fn level_for(area: f64, max_area: f64) -> u8 {
     level
 }
 
-/// Area of each side that exchanges light, m².
+/// Area of each side that exchanges light and may be split or joined, m².
 pub(super) fn exchanging_areas(geometry: &Geometry) -> impl Iterator<Item = f64> + '_ {
-    geometry.ids().filter(|&t| geometry.is_solid(t)).flat_map(move |t| {
+    let free = |&t: &TriangleId| geometry.is_solid(t) && !geometry.is_whole(t);
+    geometry.ids().filter(free).flat_map(move |t| {
         let area = geometry.area(t);
         Side::BOTH.into_iter().filter(move |&s| geometry.exchanges(t, s)).map(move |_| area)
     })
@@ -87,7 +88,8 @@ pub(super) fn uniform_levels(geometry: &Geometry, max_area: f64) -> Result<Vec<u
     let mut count = 0_u64;
     let mut levels = Vec::with_capacity(geometry.len());
     for t in geometry.ids() {
-        let level = if geometry.is_solid(t) { level_for(geometry.area(t), max_area) } else { 0 };
+        let split = geometry.is_solid(t) && !geometry.is_whole(t);
+        let level = if split { level_for(geometry.area(t), max_area) } else { 0 };
         let sides = Side::BOTH.iter().filter(|&&s| geometry.exchanges(t, s)).count() as u64;
         count = count.saturating_add(sides << (2 * u32::from(level.min(28))));
         if level > MAX_LEVEL || count > MAX_PATCHES {

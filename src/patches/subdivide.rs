@@ -41,7 +41,7 @@ impl Patches {
     ) -> Result<Self, PatchesError> {
         let levels = uniform_levels(geometry, max_area)?;
         let contacts = ContactLines::find(geometry);
-        let whole = |t: TriangleId| levels[t.index()] == 0;
+        let whole = |t: TriangleId| levels[t.index()] == 0 && !geometry.is_whole(t);
         let clusters = clustered::clusters(geometry, &contacts, whole, max_area, label);
         Ok(Self::build(geometry, &levels, contacts, &clusters))
     }
@@ -140,7 +140,7 @@ impl Patches {
     pub fn area_adding(geometry: &Geometry, more: u64) -> f64 {
         let sides: Vec<(f64, u64)> = geometry
             .ids()
-            .filter(|&t| geometry.is_solid(t))
+            .filter(|&t| geometry.is_solid(t) && !geometry.is_whole(t))
             .map(|t| {
                 let count = Side::BOTH.iter().filter(|&&s| geometry.exchanges(t, s)).count();
                 (geometry.area(t), count as u64)

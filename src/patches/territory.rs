@@ -3,18 +3,26 @@
 //! What lies beyond a contact line belongs to a neighbour ([`Patches::at`]). A cell is first cut
 //! along all contact lines within it, so that each fragment lies on one side of them. A line may
 //! end within a fragment, which then has several owners: it is split further, and the smallest
-//! fragments go to the owner of their centroid.
+//! fragments go to the owner of their centroid. A cell that ever more lines cross is cut into as
+//! many parts as its lines allow ([`most_parts`]), and no more.
 
 use glam::DVec2;
+use rayon::prelude::*;
 
 use super::cell::Cell;
 use super::fragments::{Fragment, Fragments};
+use super::line::Line;
 use super::mesh::Patches;
 use super::point::{PatchId, SurfacePoint, side_index};
+use crate::progress::{Cancelled, Progress, Silent};
 use crate::scene::clip::crossing;
+use crate::scene::hash::mix;
 
 /// A fragment of several owners is split at most this many times.
 const SPLITS: u32 = 4;
+
+/// Cells that are divided before their fragments are put in order.
+const AT_ONCE: usize = 4096;
 
 /// What is thinner than this fraction of a cell is not cut off.
 const THIN: f64 = 1e-6;
@@ -60,28 +68,52 @@ impl Patches {
     }
 
     fn fragments_of(&self, id: PatchId) -> Option<&[Fragment]> {
-        self.fragments.get_or_init(|| find(self)).0.get(&id).map(|p| &p[..])
+        self.all_fragments().0.get(&id).map(|p| &p[..])
+    }
+
+    /// Finds what belongs to patches, if that is not known; else all that ask for it do so alone.
+    pub(crate) fn find_fragments(&self, progress: &dyn Progress) -> Result<(), Cancelled> {
+        // Not within the lock: a thread that waits for others there may be given work that asks.
+        if self.fragments.get().is_none() {
+            let found = find(self, progress)?;
+            self.fragments.get_or_init(|| found);
+        }
+        Ok(())
+    }
+
+    fn all_fragments(&self) -> &Fragments {
+        match self.fragments.get() {
+            Some(found) => found,
+            None => {
+                // Nobody stops it.
+                let found = find(self, &Silent).unwrap_or_default();
+                self.fragments.get_or_init(|| found)
+            }
+        }
     }
 
     /// Whether some points in the cell of a patch may belong to others.
     fn may_be_divided(&self, id: PatchId) -> bool {
         let cell = self.cell(id);
         match &self.finest {
-            Some(finest) => finest.patches.has_crossed(side_index(cell.triangle, cell.side)),
-            None => self.is_crossed(id),
+            Some(finest) => {
+                finest.patches.crossed.enters_side(side_index(cell.triangle, cell.side))
+            }
+            None => self.crossed.enters(id),
         }
     }
 
-    /// Both ends of each line along which something stands on, or passes through, a cell.
-    fn contacts_in(&self, cell: &Cell) -> impl Iterator<Item = [DVec2; 2]> + '_ {
-        let corners = outline(cell);
-        let lines = self.contacts.of(side_index(cell.triangle, cell.side));
-        lines.iter().filter(move |l| l.enters(corners)).map(|l| [l.from, l.to])
+    /// The lines along which something stands on, or passes through, a cell.
+    fn contacts_in(&self, cell: &Cell) -> Vec<Line> {
+        let corners @ [a, b, c] = outline(cell);
+        let within = [a.min(b).min(c), a.max(b).max(c)];
+        let side = side_index(cell.triangle, cell.side);
+        self.contacts.all(side, within, |l| l.enters(corners))
     }
 }
 
 /// The fragments of all patches that contact lines divide.
-fn find(patches: &Patches) -> Fragments {
+fn find(patches: &Patches, progress: &dyn Progress) -> Result<Fragments, Cancelled> {
     let mut me = Fragments::default();
     let mut add = |owner: PatchId, uv: [DVec2; 3]| {
         let fragments = me.0.entry(owner).or_default();
@@ -94,18 +126,25 @@ fn find(patches: &Patches) -> Fragments {
     };
     let divided: Vec<PatchId> = patches.ids().filter(|&id| patches.may_be_divided(id)).collect();
     let mut others = Vec::new();
-    for id in divided {
-        divide(patches, &patches.cell(id), |owner, uv| {
+    let parts = |&id: &PatchId| {
+        progress.advance(0)?;
+        let mut found = Vec::new();
+        divide(patches, &patches.cell(id), |owner, uv| found.push((owner, uv)));
+        Ok(found)
+    };
+    for found in divided.chunks(AT_ONCE) {
+        let found: Result<Vec<_>, Cancelled> = found.par_iter().map(parts).collect();
+        for (owner, uv) in found?.into_iter().flatten() {
             if !patches.may_be_divided(owner) {
                 others.push(owner);
             }
             add(owner, uv);
-        });
+        }
     }
     others.sort_unstable();
     others.dedup();
     others.into_iter().for_each(|id| add(id, outline(&patches.cell(id))));
-    me
+    Ok(me)
 }
 
 fn outline(cell: &Cell) -> [DVec2; 3] {
@@ -115,16 +154,60 @@ fn outline(cell: &Cell) -> [DVec2; 3] {
 /// Calls `each` with all fragments of a cell and their owners.
 fn divide(patches: &Patches, cell: &Cell, mut each: impl FnMut(PatchId, [DVec2; 3])) {
     let thin = THIN / f64::from(cell.strips());
-    let mut convex = vec![outline(cell).to_vec()];
-    for line in patches.contacts_in(cell) {
-        convex = convex.into_iter().flat_map(|p| cut(p, line, thin)).flatten().collect();
-    }
-    for polygon in convex {
+    cut_all(outline(cell).to_vec(), patches.contacts_in(cell), thin, |polygon| {
         for k in 2..polygon.len() {
             let triangle = [polygon[0], polygon[k - 1], polygon[k]];
             assign(patches, cell, triangle, SPLITS, &mut each);
         }
+    });
+}
+
+/// Parts that a cell with so many lines is cut into at most.
+fn most_parts(lines: usize) -> usize {
+    64 + 3 * lines
+}
+
+/// Calls `each` with the parts of a convex polygon that lines cut it into.
+fn cut_all(polygon: Vec<DVec2>, mut lines: Vec<Line>, thin: f64, mut each: impl FnMut(Vec<DVec2>)) {
+    /// More lines than this are cut along in a random order, which makes parts of about one size:
+    /// those of walls in a row, one after the other, would cut off one sliver each.
+    const MANY: usize = 64;
+    if lines.len() > MANY {
+        let key = |l: &Line| mix([l.from.x, l.from.y, l.to.x, l.to.y].map(f64::to_bits));
+        lines.sort_by_cached_key(key);
     }
+    let mut left = most_parts(lines.len());
+    let mut stack = vec![(polygon, lines)];
+    while let Some((mut polygon, lines)) = stack.pop() {
+        let mut next = lines.iter();
+        while left > 0
+            && let Some(line) = next.next()
+        {
+            match cut(polygon, [line.from, line.to], thin) {
+                [Some(one), Some(other)] => {
+                    left -= 1;
+                    for part in [other, one] {
+                        let lines = about(&part, next.as_slice());
+                        stack.push((part, lines));
+                    }
+                    polygon = Vec::new();
+                    break;
+                }
+                [one, other] => polygon = one.or(other).unwrap_or_default(),
+            }
+        }
+        if !polygon.is_empty() {
+            each(polygon);
+        }
+    }
+}
+
+/// The lines whose box meets that of a polygon.
+fn about(polygon: &[DVec2], lines: &[Line]) -> Vec<Line> {
+    let low = polygon.iter().copied().fold(DVec2::INFINITY, DVec2::min);
+    let high = polygon.iter().copied().fold(DVec2::NEG_INFINITY, DVec2::max);
+    let meets = |l: &&Line| l.from.min(l.to).cmple(high).all() && low.cmple(l.from.max(l.to)).all();
+    lines.iter().filter(meets).copied().collect()
 }
 
 /// A convex polygon on either side of a segment that passes through its inside; else all of it.

@@ -1,19 +1,18 @@
 //! A tree of bounding boxes: which of many things come near each other, or near something else.
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 /// Least and greatest coordinates.
 pub(crate) type Bounds = (DVec3, DVec3);
 
 /// Binary tree by halving at the median of the longest axis.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct BoxTree {
     order: Vec<u32>,
     nodes: Vec<Node>,
 }
 
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 struct Node {
     bounds: Bounds,
     /// Range in `order`.
@@ -64,8 +63,25 @@ impl BoxTree {
         self.build(from + middle, to, boxes);
     }
 
+    /// All boxes, those that are near each other together.
+    pub fn order(&self) -> &[u32] {
+        &self.order
+    }
+
     /// Hands over all boxes of leaves that are not `outside`, in a fixed order.
     pub fn near(&self, outside: impl Fn(DVec3, DVec3) -> bool, mut each: impl FnMut(u32)) {
+        self.near_while(outside, |i| {
+            each(i);
+            true
+        });
+    }
+
+    /// The same until `each` returns false; whether it never did.
+    pub fn near_while(
+        &self,
+        outside: impl Fn(DVec3, DVec3) -> bool,
+        mut each: impl FnMut(u32) -> bool,
+    ) -> bool {
         let mut stack = Vec::with_capacity(64);
         stack.extend((!self.nodes.is_empty()).then_some(0));
         while let Some(at) = stack.pop() {
@@ -73,37 +89,14 @@ impl BoxTree {
             if outside(node.bounds.0, node.bounds.1) {
                 continue;
             }
-            if node.second == 0 {
-                self.order[node.from as usize..node.to as usize].iter().for_each(|&i| each(i));
-            } else {
+            if node.second != 0 {
                 stack.extend([node.second, at + 1]);
+            } else if !self.order[node.from as usize..node.to as usize].iter().all(|&i| each(i)) {
+                return false;
             }
         }
+        true
     }
-}
-
-/// Calls `map(i, others)` for every box with the boxes that it overlaps, ascending.
-pub(crate) fn map_overlaps<T: Send>(
-    boxes: &[Bounds],
-    map: impl Fn(usize, &[u32]) -> T + Sync,
-) -> Vec<T> {
-    let tree = BoxTree::new(boxes);
-    (0..boxes.len())
-        .into_par_iter()
-        .map_init(Vec::new, |near: &mut Vec<u32>, i| {
-            let own = boxes[i];
-            let apart = |low: DVec3, high: DVec3| !(own.0.cmple(high) & low.cmple(own.1)).all();
-            near.clear();
-            tree.near(apart, |k| {
-                let (low, high) = boxes[k as usize];
-                if k as usize != i && !apart(low, high) {
-                    near.push(k);
-                }
-            });
-            near.sort_unstable();
-            map(i, near)
-        })
-        .collect()
 }
 
 #[cfg(test)]
@@ -132,14 +125,25 @@ mod tests {
     fn overlaps_are_those_of_all_pairs() {
         let boxes = boxes();
         let meets = |a: &Bounds, b: &Bounds| (0..3).all(|k| a.0[k] <= b.1[k] && b.0[k] <= a.1[k]);
-        let found = map_overlaps(&boxes, |_, near| near.to_vec());
-        for (i, found) in found.iter().enumerate() {
+        let tree = BoxTree::new(&boxes);
+        for own in &boxes {
             let all = 0..boxes.len() as u32;
-            let expected: Vec<u32> =
-                all.filter(|&k| k as usize != i && meets(&boxes[i], &boxes[k as usize])).collect();
-            assert_eq!(*found, expected, "{i}");
+            let expected: Vec<u32> = all.filter(|&k| meets(own, &boxes[k as usize])).collect();
+            let mut found = Vec::new();
+            tree.near(|low, high| !meets(own, &(low, high)), |k| found.push(k));
+            found.retain(|&k| meets(own, &boxes[k as usize]));
+            found.sort_unstable();
+            assert_eq!(found, expected);
+            let mut tried = 0;
+            let all = tree.near_while(
+                |_, _| false,
+                |_| {
+                    tried += 1;
+                    tried < 7
+                },
+            );
+            assert!(!all && tried == 7);
         }
-        assert!(map_overlaps(&[], |_, _| ()).is_empty());
     }
 
     #[test]

@@ -112,7 +112,7 @@ impl Region {
         for side in Side::BOTH {
             for t in geometry.ids().filter(|&t| geometry.exchanges(t, side) && may_join(t)) {
                 let s = side_index(t, side);
-                if contacts.of(s).is_empty() {
+                if !contacts.any_on(s) {
                     number[s] = sides.len() as u32;
                     sides.push(s as u32);
                     facets.push(Facet::of(geometry, t, side));
