@@ -5,13 +5,14 @@
 //! for exactly the features that the function was compiled for. The kernels themselves are safe
 //! code; no arithmetic is contracted, so all versions give the same bits.
 
+use std::sync::atomic::{AtomicU8, Ordering};
+
 /// Kernels work on blocks of this many numbers of single precision.
 pub(crate) const LANES: usize = 16;
 
 /// The versions of each kernel.
-#[cfg(any(test, target_arch = "x86_64"))]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum Version {
+pub enum Version {
     /// What every processor of this architecture runs.
     Portable,
     /// With `avx2`, `bmi1`, `bmi2`, `lzcnt`, `popcnt`.
@@ -20,29 +21,49 @@ pub(crate) enum Version {
     Avx512,
 }
 
-#[cfg(target_arch = "x86_64")]
 impl Version {
-    /// The widest that this processor runs.
+    /// The widest that this processor runs, within the [`limit`].
+    #[must_use]
     pub fn detect() -> Self {
-        let avx2 = std::is_x86_feature_detected!("avx2")
-            && std::is_x86_feature_detected!("bmi1")
-            && std::is_x86_feature_detected!("bmi2")
-            && std::is_x86_feature_detected!("lzcnt")
-            && std::is_x86_feature_detected!("popcnt");
-        let avx512 = avx2
-            && std::is_x86_feature_detected!("avx512f")
-            && std::is_x86_feature_detected!("avx512bw")
-            && std::is_x86_feature_detected!("avx512dq")
-            && std::is_x86_feature_detected!("avx512vl");
-        let detected = match (avx2, avx512) {
-            (_, true) => Self::Avx512,
-            (true, _) => Self::Avx2,
-            _ => Self::Portable,
-        };
-        #[cfg(test)]
-        let detected = detected.min(WIDEST.get());
-        detected
+        #[cfg(not(target_arch = "x86_64"))]
+        return Self::Portable;
+        #[cfg(target_arch = "x86_64")]
+        {
+            let avx2 = std::is_x86_feature_detected!("avx2")
+                && std::is_x86_feature_detected!("bmi1")
+                && std::is_x86_feature_detected!("bmi2")
+                && std::is_x86_feature_detected!("lzcnt")
+                && std::is_x86_feature_detected!("popcnt");
+            let avx512 = avx2
+                && std::is_x86_feature_detected!("avx512f")
+                && std::is_x86_feature_detected!("avx512bw")
+                && std::is_x86_feature_detected!("avx512dq")
+                && std::is_x86_feature_detected!("avx512vl");
+            let detected = match (avx2, avx512) {
+                (_, true) => Self::Avx512,
+                (true, _) => Self::Avx2,
+                _ => Self::Portable,
+            };
+            detected.min(widest())
+        }
     }
+}
+
+/// Has no wider version run from now on, so that programs that measure can compare them. Results
+/// are the same.
+pub fn limit(widest: Version) {
+    LIMIT.store(widest as u8, Ordering::Relaxed);
+}
+
+static LIMIT: AtomicU8 = AtomicU8::new(Version::Avx512 as u8);
+
+#[cfg(target_arch = "x86_64")]
+fn widest() -> Version {
+    let all = [Version::Portable, Version::Avx2, Version::Avx512];
+    let widest = all[LIMIT.load(Ordering::Relaxed) as usize % all.len()];
+    #[cfg(test)]
+    let widest = widest.min(WIDEST.get());
+    widest
 }
 
 #[cfg(test)]

@@ -15,6 +15,7 @@
 mod bodies;
 mod bvh;
 mod covered;
+mod hemisphere;
 mod item_buffer;
 mod occluders;
 mod segments;

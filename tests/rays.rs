@@ -5,14 +5,16 @@
 
 mod common;
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use common::scenes::{grey, lit_by_first, rectangle, scene_of};
 use glam::{DVec3, dvec3};
 use hemicube::direct::{Analytic, DirectOptions};
 use hemicube::engines::EngineOptions;
 use hemicube::engines::{Engine, Rays, RaysOptions};
-use hemicube::form_factors::Row;
+use hemicube::form_factors::{Row, RowBlock, RowSink, SinkError};
 use hemicube::patches::{PatchId, Patches};
-use hemicube::progress::Silent;
+use hemicube::progress::{Cancelled, Progress, Silent};
 use hemicube::scene::builtin::{self, Mesh};
 use hemicube::scene::{Scene, Sides};
 use hemicube::solution::{LightOptions, Solution, light};
@@ -190,4 +192,62 @@ fn the_number_of_threads_changes_no_bit() {
         let many = run(threads);
         assert!(one.irradiance == many.irradiance && one.halves == many.halves, "{threads}");
     }
+}
+
+#[test]
+fn rows_made_with_neighbours_are_those_of_each_patch_alone() {
+    let ball = scene_of([(&Mesh::geodesic(1.0, 6).inverted(), grey(0.5, 1.0))], Sides::One);
+    for scene in [room_with_lamps(), ball] {
+        let g = &scene.geometry;
+        let patches = Patches::uniform(g, 0.02).unwrap();
+        let bvh = Bvh::new(g);
+        let mut engine = Rays::new(g, &patches, &bvh, RaysOptions { samples: 256, seed: 0 });
+        let ids: Vec<PatchId> = patches.ids().take(480).collect();
+        let mut rows = vec![Row::default(); ids.len()];
+        engine.fill(&ids, &mut rows).unwrap();
+        let (mut differ, mut alone) = (0, Row::default());
+        for (&id, row) in ids.iter().zip(&rows) {
+            engine.row(id, &mut alone);
+            assert!((row.columns.len(), row.half) == (alone.columns.len(), alone.half));
+            differ += row.columns.iter().zip(&alone.columns).filter(|(a, b)| a != b).count();
+        }
+        // Packets differ in rounding: rays that end on a border of patches may end beyond it.
+        assert!(differ <= 480 * 256 / 1000, "{differ} rays");
+    }
+}
+
+/// Counts how often it could have stopped the work.
+#[derive(Default)]
+struct Chances(AtomicUsize);
+
+impl Progress for Chances {
+    fn stage(&self, _name: &str, _total: u64) {}
+
+    fn advance(&self, _n: u64) -> Result<(), Cancelled> {
+        self.0.fetch_add(1, Ordering::Relaxed);
+        Ok(())
+    }
+}
+
+/// Takes rows and forgets them.
+struct Nowhere;
+
+impl RowSink for Nowhere {
+    fn take(&mut self, _block: RowBlock) -> Result<(), SinkError> {
+        Ok(())
+    }
+}
+
+#[test]
+fn long_rows_can_be_stopped_after_few_of_them() {
+    let scene = room_with_lamps();
+    let g = &scene.geometry;
+    let patches = Patches::uniform(g, 0.05).unwrap();
+    let bvh = Bvh::new(g);
+    let mut engine = Rays::new(g, &patches, &bvh, RaysOptions { samples: 65_536, seed: 0 });
+    let ids: Vec<PatchId> = patches.ids().take(64).collect();
+    let chances = Chances::default();
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    pool.install(|| engine.make(&ids, &mut Nowhere, &chances)).unwrap();
+    assert!(chances.0.into_inner() >= 4);
 }

@@ -16,9 +16,10 @@ use glam::DVec3;
 use hemicube::patches::Patches;
 use hemicube::progress::Silent;
 use hemicube::reconstruct::Field;
-use hemicube::render::{PictureOptions, Renderer, viewpoint};
+use hemicube::render::{PictureOptions, Renderer};
 use hemicube::scene::builtin::Mesh;
 use hemicube::scene::{ImportOptions, Material, Rgb, Scene, SceneBuilder, Sides, inspect, load};
+use hemicube::staging::{Lens, Model, viewpoint};
 use hemicube::visibility::{Bvh, Occluders, uncover};
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -32,7 +33,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     timed("scene: fingerprint", || g.fingerprint());
     timed("scene: inspect", || inspect(&scene));
     timed("occluders", || Occluders::new(g));
-    timed("viewpoint", || viewpoint(&scene));
+    timed("viewpoint", || Model::of(&scene).map(|m| viewpoint(&m, m.kind(), &Lens::default())));
     let patches = timed("patches: uniform", || Patches::uniform(g, 0.01))?;
     println!("  {} patches", patches.len());
     stages(&scene, patches)?;
@@ -61,7 +62,8 @@ fn stages(scene: &Scene, patches: Patches) -> Result<(), Box<dyn Error>> {
     let irradiance = vec![Rgb::ONE; patches.len()];
     let field = timed("field", || Field::new(g, &patches, &irradiance, |_| true));
     let renderer = timed("renderer", || Renderer::new(scene, &field));
-    let camera = viewpoint(scene).ok_or("nothing to see")?.camera;
+    let model = Model::of(scene).ok_or("nothing to see")?;
+    let camera = viewpoint(&model, model.kind(), &Lens::default()).camera;
     let picture = PictureOptions::default();
     timed("picture", || {
         renderer.render(&camera, &picture, |s| s.radiance.as_vec3().to_array(), &Silent)

@@ -7,8 +7,9 @@
 
 use glam::{DVec3, Vec3};
 
-use crate::scene::box_tree::{Bounds, map_overlaps};
+use crate::scene::box_tree::{Bounds, BoxTree};
 use crate::scene::disjoint_sets::DisjointSets;
+use crate::scene::shares::{Looked, share_out};
 use crate::scene::{Geometry, TriangleId};
 use crate::simd::{LANES, multiversion};
 
@@ -260,7 +261,11 @@ fn shells(corners: &[[u32; 3]]) -> Vec<Vec<u32>> {
     closed.map(|(members, _)| members).collect()
 }
 
-/// Whether an edge of a triangle meets another one that it has no end in common with.
+/// Triangles tried for each one of a body, on the average.
+const MOST_TRIED: usize = 1024;
+
+/// Whether an edge of a triangle meets another one that it has no end in common with; also where so
+/// many lie about each other that not all are tried.
 fn crosses_itself(triangles: &[[DVec3; 3]], corners: &[[u32; 3]]) -> bool {
     let boxes: Vec<Bounds> =
         triangles.iter().map(|&[a, b, c]| (a.min(b).min(c), a.max(b).max(c))).collect();
@@ -271,10 +276,22 @@ fn crosses_itself(triangles: &[[DVec3; 3]], corners: &[[u32; 3]]) -> bool {
                 && meets(ends.map(|e| triangles[i][e]), triangles[j])
         })
     };
-    let found = map_overlaps(&boxes, |i, near| {
-        near.iter().any(|&j| crosses(i, j as usize) || crosses(j as usize, i))
-    });
-    found.contains(&true)
+    let tree = BoxTree::new(&boxes);
+    let around = |i: usize, most: usize| {
+        let own = boxes[i];
+        let apart = |low: DVec3, high: DVec3| !(own.0.cmple(high) & low.cmple(own.1)).all();
+        let (mut tried, mut found) = (0, false);
+        let all = tree.near_while(apart, |j| {
+            let other = j as usize;
+            tried += 1;
+            found = other != i
+                && !apart(boxes[other].0, boxes[other].1)
+                && (crosses(i, other) || crosses(other, i));
+            !found && tried < most
+        });
+        Looked { found: !all, tried, all: all || found }
+    };
+    share_out(boxes.len(), MOST_TRIED, around).0.contains(&true)
 }
 
 /// Whether a segment meets a triangle, but for segments in its plane.

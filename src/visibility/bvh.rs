@@ -46,6 +46,7 @@ mod triangle;
 mod tests;
 
 use glam::{DVec3, Vec3};
+use rayon::prelude::*;
 
 use super::NOTHING;
 use crate::scene::{Geometry, Side, TriangleId};
@@ -90,7 +91,7 @@ impl Bvh {
         let corners = |i: usize| geometry.corners(ids[i]).map(local);
         let (nodes, order) = build::hierarchy(ids.len(), corners);
         let triangles: Vec<_> =
-            order.iter().map(|&i| Triangle::new(corners(i as usize), i)).collect();
+            order.par_iter().map(|&i| Triangle::new(corners(i as usize), i)).collect();
         let mut place = vec![NOTHING; ids.len()];
         for (at, &i) in order.iter().enumerate() {
             place[i as usize] = at as u32;

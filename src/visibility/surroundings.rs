@@ -1,10 +1,12 @@
 //! What is seen all around a point: a first look at a scene of which nothing else is known.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
+use super::hemisphere::{DIRECTIONS, seen_from};
 use super::item_buffer::{Edges, Face, ItemBuffer};
 use super::occluders::{Frame, Occluders, View};
-use super::{NOTHING, each_face};
+use super::{Bvh, NOTHING, each_face};
+use crate::patches::SurfacePoint;
 use crate::scene::{Geometry, Side, TriangleId};
 
 /// One direction of sight.
@@ -84,16 +86,6 @@ impl Surroundings {
     pub fn above(&self) -> &[Glimpse] {
         &self.glimpses[..self.glimpses.len() / 2]
     }
-
-    /// Distance of what is seen nearest to `direction`; infinite for emptiness.
-    #[must_use]
-    pub fn distance(&self, direction: DVec3) -> f64 {
-        self.glimpses
-            .iter()
-            .max_by(|a, b| a.direction.dot(direction).total_cmp(&b.direction.dot(direction)))
-            .and_then(|g| g.hit)
-            .map_or(f64::INFINITY, |h| h.2)
-    }
 }
 
 /// Fraction of the solid angle of `glimpses` for which `what` holds, 0..1.
@@ -106,24 +98,23 @@ pub fn solid_angle_fraction(glimpses: &[Glimpse], what: impl Fn(&Glimpse) -> boo
 /// exported inside out. Looks from at most some hundred triangles.
 #[must_use]
 pub fn looks_inside_out(geometry: &Geometry) -> bool {
-    let occluders = Occluders::new(geometry);
-    let mut solid: Vec<TriangleId> = occluders.ids().to_vec();
+    let bvh = Bvh::new(geometry);
+    let mut solid: Vec<TriangleId> = bvh.ids().to_vec();
     solid.sort_by(|a, b| geometry.area(*b).total_cmp(&geometry.area(*a)));
     // The largest triangles carry most of the area, and a few of the rest stand for all small ones.
     let large = solid.len().min(64);
     let step = ((solid.len() - large) / 64).max(1);
     let chosen = solid[..large].iter().chain(solid[large..].iter().step_by(step));
     let (mut area, mut flipped) = (0.0, 0.0);
-    for &id in chosen {
-        let [a, b, c] = geometry.corners(id);
-        let normal = geometry.normal(id, Side::Front);
-        let seen = Surroundings::of(&occluders, (a + b + c) / 3.0, normal, Some(id));
-        let (above, below) = seen.glimpses.split_at(seen.glimpses.len() / 2);
-        let weight = geometry.area(id);
+    for &triangle in chosen {
+        let centre = |side| SurfacePoint { triangle, side, uv: DVec2::splat(1.0 / 3.0) };
+        let hits = |side| {
+            let seen = seen_from(geometry, &bvh, centre(side));
+            seen.filter(|&item| item != NOTHING).count()
+        };
+        let weight = geometry.area(triangle);
         area += weight;
-        let escapes = solid_angle_fraction(above, |g| g.hit.is_none());
-        let hits = solid_angle_fraction(below, |g| g.hit.is_some());
-        if escapes > 0.99 && hits > 0.5 {
+        if hits(Side::Front) == 0 && 2 * hits(Side::Back) > DIRECTIONS {
             flipped += weight;
         }
     }

@@ -7,6 +7,16 @@ use super::rays::{Rays, max, min};
 use super::triangle::{NOISE, SLAB, Triangle};
 use crate::simd::LANES;
 
+/// A triangle drawn for a ray: twice the areas of the ray's point with each edge.
+#[derive(Clone, Copy)]
+struct Drawing {
+    a: f32,
+    b: f32,
+    c: f32,
+    /// Whether the point is within the edges.
+    inside: bool,
+}
+
 /// How a ray and the plane of a triangle meet.
 struct Meeting {
     /// Whether they do within the edges.
@@ -25,7 +35,7 @@ struct Meeting {
 impl Rays {
     /// Draws a triangle for the ray in lane `l`, in `axes` of the drawing.
     #[inline(always)]
-    fn meeting(&self, [x, y, z]: [usize; 3], n: &[f32; 11], l: usize) -> Meeting {
+    fn draw(&self, [x, y, z]: [usize; 3], n: &[f32; 11], l: usize) -> Drawing {
         let ([sx, sy], [fx, fy]) = (&self.slope, &self.foot);
         let (az, bz, cz) = (n[z], n[3 + z], n[6 + z]);
         let ax = n[x] - (sx[l] * az + fx[l]);
@@ -38,11 +48,18 @@ impl Rays {
         let b = cx * ay - ax * cy;
         let c = ax * by - bx * ay;
         let (least, most) = (min(min(a, b), c), max(max(a, b), c));
+        Drawing { a, b, c, inside: (least >= 0.0) | (most <= 0.0) }
+    }
+
+    /// Where the ray in lane `l` meets the plane of a triangle drawn for it.
+    #[inline(always)]
+    fn meeting(&self, z: usize, n: &[f32; 11], d: &Drawing, l: usize) -> Meeting {
+        let Drawing { a, b, c, inside } = *d;
         let double_area = (a + b) + c;
         let inverse = 1.0 / double_area;
-        let along = ((a * az + b * bz) + c * cz) * inverse;
+        let along = ((a * n[z] + b * n[3 + z]) + c * n[6 + z]) * inverse;
         Meeting {
-            inside: ((least >= 0.0) | (most <= 0.0)) & (double_area != 0.0),
+            inside: inside & (double_area != 0.0),
             double_area,
             distance: self.sense * along - self.start[l],
             slab: n[SLAB] * inverse,
@@ -86,9 +103,24 @@ impl Rays {
         if axes[0] > 2 || axes[1] > 2 || axes[2] > 2 {
             return;
         }
+        let n = &triangle.numbers;
+        let (mut a, mut b, mut c) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
+        let mut inside = [0_u32; LANES];
+        let mut any = 0_u32;
+        for l in 0..LANES {
+            let d = self.draw(axes, n, l);
+            (a[l], b[l], c[l]) = (d.a, d.b, d.c);
+            inside[l] = u32::from(d.inside);
+            any |= inside[l];
+        }
+        // Most triangles are met by no ray, and divisions are slow.
+        if any == 0 {
+            return;
+        }
         let mut unclear = 0_u32;
         for l in 0..LANES {
-            let m = self.meeting(axes, &triangle.numbers, l);
+            let d = Drawing { a: a[l], b: b[l], c: c[l], inside: inside[l] != 0 };
+            let m = self.meeting(axes[2], n, &d, l);
             let (met, clear) = self.meets::<ANY>(&m, triangle, l);
             unclear |= u32::from(met & !clear);
             self.keep::<ANY>(met & clear, &m, triangle, l);
@@ -104,7 +136,9 @@ impl Rays {
     #[inline(never)]
     fn test_closely<const ANY: bool>(&mut self, boxes: &Hierarchy, triangle: &Triangle) {
         for l in 0..LANES {
-            let m = self.meeting(self.axes, &triangle.numbers, l);
+            let n = &triangle.numbers;
+            let m =
+                self.meeting(self.axes[2] % 3, n, &self.draw(self.axes.map(|a| a % 3), n, l), l);
             let (met, clear) = self.meets::<ANY>(&m, triangle, l);
             let met = met && !clear && !boxes.continues(triangle, self.own[l]);
             self.keep::<ANY>(met, &m, triangle, l);

@@ -40,6 +40,8 @@ fn geometry(vertices: Vec<DVec3>, triangles: Vec<[u32; 3]>) -> Geometry {
         state: vec![TriangleState::Solid; n],
         surface_of: vec![0; n],
         surfaces: Vec::new(),
+        face_of: vec![],
+        whole_from: None,
     };
     g.flag_flaws();
     g
