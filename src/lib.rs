@@ -74,10 +74,11 @@
 
 pub mod units;
 pub mod progress;
-mod simd;
+pub mod simd;
 pub mod scene;
 pub mod patches;
 pub mod visibility;
+pub mod staging;
 pub mod form_factors;
 pub mod engines;
 pub mod direct;

@@ -8,9 +8,10 @@ use crate::gather::{Estimate, GatherOptions, Gatherer, Probe};
 use crate::matrix::{self, Matrix, MatrixError, MatrixOptions};
 use crate::progress::{Cancelled, Progress};
 use crate::reconstruct::Field;
-use crate::render::{Picture, PictureOptions, RenderError, Renderer, viewpoint};
+use crate::render::{Picture, PictureOptions, RenderError, Renderer};
 use crate::scene::{Camera, Scene};
 use crate::solution::{LightError, LightOptions, Solution, light};
+use crate::staging::{Lens, Model, viewpoint};
 use crate::tone::{KEY, Tone};
 use crate::uncertainty::light_within;
 use crate::visibility::Bvh;
@@ -80,7 +81,10 @@ impl View {
     pub fn of(scene: &Scene) -> Result<Self, RenderError> {
         let camera = match scene.cameras.first() {
             Some(camera) => camera.clone(),
-            None => viewpoint(scene).ok_or(RenderError::Nothing)?.camera,
+            None => {
+                let model = Model::of(scene).ok_or(RenderError::Nothing)?;
+                viewpoint(&model, model.kind(), &Lens::default()).camera
+            }
         };
         Ok(Self::through(camera))
     }

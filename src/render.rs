@@ -6,9 +6,7 @@ mod camera;
 mod picture;
 mod renderer;
 mod surfaces;
-mod viewpoint;
 
 pub use camera::check;
 pub use picture::{Picture, PictureOptions, RenderError};
-pub use renderer::{Renderer, Sight};
-pub use viewpoint::{Viewpoint, viewpoint};
+pub use renderer::{Renderer, Seen, Shares, Sight};

@@ -15,6 +15,7 @@ mod report;
 mod shooting;
 mod system;
 
+pub use direct::bytes as direct_bytes;
 pub use energy::EnergyBalance;
 pub use error::SolveError;
 pub use options::{Method, SAMPLED_TOLERANCE, SolveOptions};

@@ -22,7 +22,7 @@ use uses::Crate;
 const UPWARD: &[&str] = &[];
 
 /// Where files may be read or written: importers, and the formats of results.
-const FILES: &[&str] = &["scene/", "export/", "export.rs"];
+const FILES: &[&str] = &["scene/", "export/"];
 
 /// The one file with `unsafe` code.
 const UNSAFE: &[&str] = &["simd.rs"];

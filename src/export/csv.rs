@@ -3,8 +3,9 @@
 use std::io::{self, Write};
 use std::path::Path;
 
+use super::ExportError;
 use super::npy::encode_rows;
-use super::{ExportError, write_whole, write_with};
+use super::target::{write_whole, write_with};
 use crate::matrix::{Precision, Rows, SurfaceRow};
 use crate::progress::Progress;
 use crate::scene::Side;

@@ -3,9 +3,10 @@
 use std::io::Write;
 use std::path::Path;
 
+use super::ExportError;
 use super::csv::push_number;
 use super::npy::encode_rows;
-use super::{ExportError, write_with};
+use super::target::write_with;
 use crate::matrix::{Origin, Rows};
 use crate::progress::Progress;
 

@@ -5,7 +5,8 @@ use std::path::Path;
 
 use rayon::prelude::*;
 
-use super::{ExportError, write_with};
+use super::ExportError;
+use super::target::write_with;
 use crate::matrix::{Precision, Rows};
 use crate::progress::Progress;
 

@@ -3,20 +3,24 @@
 //! `indptr`, `indices`, `data`, `shape` and `format` are compressed sparse rows, which
 //! `scipy.sparse.load_npz` reads. Beside them lie, for `numpy.load`, `area` (m²), `environment` and
 //! `back` (shares of each row), `names` where rows are lumped, and `hemicube`: what the matrix is
-//! of, as JSON.
+//! of, as JSON, with a checksum of the arrays.
 
+mod archive;
 pub(super) mod read;
 #[cfg(test)]
 mod tests;
+mod writer;
 
 use std::io::{self, Seek, Write};
 use std::path::Path;
 
+use writer::Writer;
+use zip::CompressionMethod;
 use zip::write::SimpleFileOptions;
-use zip::{CompressionMethod, ZipWriter};
 
+use super::ExportError;
 use super::npy::{encode_rows, header, kind, push};
-use super::{ExportError, write_with};
+use super::target::write_with;
 use crate::matrix::{Origin, Rows, SurfaceRow};
 use crate::progress::Progress;
 
@@ -78,15 +82,15 @@ fn write_as<R: Rows + ?Sized>(
     progress: &dyn Progress,
 ) -> io::Result<()> {
     let (n, entries, precision) = (rows.len(), rows.entries(), rows.precision());
-    let mut zip = ZipWriter::new(file);
+    let mut zip = Writer::new(file);
     let options = |bytes: u64| {
         SimpleFileOptions::default()
             .compression_method(CompressionMethod::Deflated)
             .compression_level(Some(LEVEL))
             .large_file(bytes > LARGE)
     };
-    let small = |zip: &mut ZipWriter<_>, name: &str, kind: &str, shape: &str, bytes: &[u8]| {
-        zip.start_file(format!("{name}.npy"), options(bytes.len() as u64))?;
+    let small = |zip: &mut Writer<_>, name: &str, kind: &str, shape: &str, bytes: &[u8]| {
+        zip.start(&format!("{name}.npy"), options(bytes.len() as u64))?;
         zip.write_all(&header(kind, shape))?;
         zip.write_all(bytes)
     };
@@ -94,7 +98,7 @@ fn write_as<R: Rows + ?Sized>(
     let shape = [n as u64; 2].map(u64::to_le_bytes).concat();
     small(&mut zip, "shape", "<i8", "(2,)", &shape)?;
 
-    zip.start_file("indptr.npy", options(8 * n as u64))?;
+    zip.start("indptr.npy", options(8 * n as u64))?;
     zip.write_all(&header(index.kind(), &format!("({},)", n + 1)))?;
     let (mut starts, mut end) = (Vec::new(), 0);
     index.push(&mut starts, 0);
@@ -108,14 +112,14 @@ fn write_as<R: Rows + ?Sized>(
     }
     zip.write_all(&starts)?;
 
-    zip.start_file("indices.npy", options(8 * entries))?;
+    zip.start("indices.npy", options(8 * entries))?;
     zip.write_all(&header(index.kind(), &format!("({entries},)")))?;
     encode_rows(rows, &mut zip, progress, |_, columns, _, bytes| {
         columns.iter().for_each(|&j| index.push(bytes, u64::from(j)));
     })?;
     // Fractions hardly shrink at all.
     let stored = options(8 * entries).compression_method(CompressionMethod::Stored);
-    zip.start_file("data.npy", stored.compression_level(None))?;
+    zip.start("data.npy", stored.compression_level(None))?;
     zip.write_all(&header(kind(precision), &format!("({entries},)")))?;
     encode_rows(rows, &mut zip, progress, |_, _, values, bytes| {
         values.iter().for_each(|&f| push(bytes, f, precision));
@@ -128,15 +132,15 @@ fn write_as<R: Rows + ?Sized>(
     small(&mut zip, "area", "<f8", &one, &doubles(&|i| surfaces[i].area))?;
     small(&mut zip, "environment", "<f8", &one, &doubles(&|i| rows.rest(i)[0]))?;
     small(&mut zip, "back", "<f8", &one, &doubles(&|i| rows.rest(i)[1]))?;
+    let origin = Origin { checksum: zip.checksum(), ..origin.clone() };
     if origin.lumped {
         let names: Vec<&str> = surfaces.iter().map(|s| s.name.as_str()).collect();
         let (kind, bytes) = unicode(&names);
         small(&mut zip, "names", &kind, &one, &bytes)?;
     }
-    let origin = serde_json::to_vec(origin)?;
+    let origin = serde_json::to_vec(&origin)?;
     small(&mut zip, ORIGIN, &format!("|S{}", origin.len()), "()", &origin)?;
-    zip.finish()?;
-    Ok(())
+    zip.finish()
 }
 
 /// Strings as an array of Unicode of one length.

@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use super::{ExportError, write_whole};
+use super::ExportError;
+use super::target::write_whole;
 use crate::render::Picture;
 use crate::tone::srgb;
 

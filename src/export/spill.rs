@@ -5,7 +5,8 @@ use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-use super::{ExportError, folder_of};
+use super::ExportError;
+use super::target::folder_of;
 use crate::form_factors::{RowBlock, RowSink, SinkError};
 use crate::matrix::RowStore;
 use crate::patches::PatchId;

@@ -26,6 +26,38 @@ pub struct Sight {
     pub irradiance: Rgb,
     /// Whether a surface that exchanges light is seen, and emits none itself.
     pub reflects: bool,
+    /// What is seen.
+    pub seen: Seen,
+}
+
+/// What a ray of the camera meets.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Seen {
+    /// A side that exchanges light.
+    Surface,
+    /// A back that does not reflect, and is black.
+    Back,
+    /// What was added for the picture, and is not of the model.
+    Stage,
+    /// Emptiness.
+    Nothing,
+}
+
+/// Shares of the model in a picture, 0..1.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Shares {
+    /// Sides that exchange light.
+    pub surface: f64,
+    /// Those of them that send out any.
+    pub lit: f64,
+    /// Backs that do not reflect.
+    pub back: f64,
+}
+
+impl Sight {
+    /// Black emptiness.
+    const DARK: Self =
+        Self { radiance: Rgb::ZERO, irradiance: Rgb::ZERO, reflects: false, seen: Seen::Nothing };
 }
 
 /// A lit scene, ready to be looked at.
@@ -117,10 +149,7 @@ impl<'a> Renderer<'a> {
         let mut last: Option<(u32, [[f32; 3]; 3])> = None;
         for (x, &item) in items.iter().enumerate() {
             if item == NOTHING {
-                sample(
-                    x,
-                    &Sight { radiance: self.scene.sky, irradiance: Rgb::ZERO, reflects: false },
-                );
+                sample(x, &Sight { radiance: self.scene.sky, ..Sight::DARK });
                 continue;
             }
             if last.is_none_or(|(i, _)| i != item) {
@@ -139,8 +168,10 @@ impl<'a> Renderer<'a> {
     }
 
     fn sight(&self, p: SurfacePoint) -> Sight {
-        if !self.scene.geometry.exchanges(p.triangle, p.side) {
-            return Sight { radiance: Rgb::ZERO, irradiance: Rgb::ZERO, reflects: false };
+        let geometry = &self.scene.geometry;
+        let staged = |seen| if geometry.is_whole(p.triangle) { Seen::Stage } else { seen };
+        if !geometry.exchanges(p.triangle, p.side) {
+            return Sight { seen: staged(Seen::Back), ..Sight::DARK };
         }
         let (rho, emitted) = self.surfaces.at(self.scene, p);
         let irradiance = self.field.at(p);
@@ -148,6 +179,7 @@ impl<'a> Renderer<'a> {
             radiance: emitted + rho * irradiance / PI,
             irradiance,
             reflects: emitted == Rgb::ZERO,
+            seen: staged(Seen::Surface),
         }
     }
 
@@ -159,21 +191,9 @@ impl<'a> Renderer<'a> {
         aspect: f64,
         key: f64,
     ) -> Result<f64, RenderError> {
-        let height = 120;
-        let width = ((height as f64 * aspect) as usize).clamp(1, 1000);
-        let options = PictureOptions { width, height, samples: 1 };
-        // One sample a pixel: the picture holds luminances of lit surfaces, zero elsewhere.
-        let seen = self.render(
-            camera,
-            &options,
-            |s| {
-                let l = if s.reflects { luminance(s.radiance) } else { 0.0 };
-                [l as f32, 0.0, 0.0]
-            },
-            &Silent,
-        )?;
-        let mut lit: Vec<f64> =
-            seen.pixels.iter().map(|p| f64::from(p[0])).filter(|&l| l > 0.0).collect();
+        let luminance = |s: &Sight| if s.reflects { luminance(s.radiance) as f32 } else { 0.0 };
+        let seen = self.glance(camera, aspect, |s| [luminance(s), 0.0, 0.0])?;
+        let mut lit: Vec<f64> = seen.iter().map(|p| f64::from(p[0])).filter(|&l| l > 0.0).collect();
         if lit.is_empty() {
             return Ok(1.0);
         }
@@ -182,6 +202,31 @@ impl<'a> Renderer<'a> {
         let floor = lit[lit.len() / 2] / 64.0;
         let mean = lit.iter().map(|l| l.max(floor).ln()).sum::<f64>() / lit.len() as f64;
         Ok(key / mean.exp())
+    }
+
+    /// What of the model is in view, and how much of it is lit.
+    pub fn shares(&self, camera: &Camera, aspect: f64) -> Result<Shares, RenderError> {
+        let is = |holds: bool| f32::from(u8::from(holds));
+        let seen = self.glance(camera, aspect, |s| {
+            let lit = s.seen == Seen::Surface && s.radiance.max_element() > 0.0;
+            [is(s.seen == Seen::Surface), is(lit), is(s.seen == Seen::Back)]
+        })?;
+        let [surface, lit, back] = [0, 1, 2]
+            .map(|c| seen.iter().map(|p| f64::from(p[c])).sum::<f64>() / seen.len() as f64);
+        Ok(Shares { surface, lit, back })
+    }
+
+    /// A small picture with one sample a pixel.
+    fn glance(
+        &self,
+        camera: &Camera,
+        aspect: f64,
+        map: impl Fn(&Sight) -> [f32; 3] + Sync,
+    ) -> Result<Vec<[f32; 3]>, RenderError> {
+        let height = 120;
+        let width = ((height as f64 * aspect) as usize).clamp(1, 1000);
+        let options = PictureOptions { width, height, samples: 1 };
+        Ok(self.render(camera, &options, map, &Silent)?.pixels)
     }
 }
 

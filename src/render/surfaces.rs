@@ -42,7 +42,8 @@ impl Surfaces {
         };
         let rho = match sample(material.reflectance_texture) {
             Some(texel) => {
-                (material.reflectance * texel).clamp(Rgb::ZERO, Rgb::splat(optics.max_reflectance))
+                let rho = material.reflectance * texel * optics.tint(p.triangle);
+                rho.clamp(Rgb::ZERO, Rgb::splat(optics.max_reflectance))
             }
             None => optics.reflectance[p.triangle.index()],
         };

@@ -1,10 +1,12 @@
 //! Assembles a [`Scene`]: every importer and every built-in goes through here.
 
+use std::collections::HashMap;
 use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
+use super::cutout;
 use super::geometry::{Sides, Surface, TriangleState};
 use super::optics::{ASSUMED_TEXTURE, Material, OPAQUE_ALPHA, Optics};
 use super::texture::Texture;
@@ -14,8 +16,8 @@ use super::{Camera, Finding, Lamp, Rgb, Scene, Setting, Severity};
 /// rather than a paint, and light would hardly ever be absorbed.
 pub const MAX_REFLECTANCE: f64 = 0.9;
 
-/// Collects triangles and materials; [`finish`](Self::finish) flags flaws, averages textures,
-/// clamps reflectances and says what it did.
+/// Collects triangles and materials; [`finish`](Self::finish) cuts out masks, flags flaws,
+/// averages textures, clamps reflectances and says what it did.
 #[derive(Debug, Clone)]
 pub struct SceneBuilder {
     scene: Scene,
@@ -94,6 +96,15 @@ impl SceneBuilder {
         o.uv.push(uv.unwrap_or([DVec2::ZERO; 3]));
     }
 
+    /// Multiplies the reflectance of the triangle that was added last, 0..1 a channel.
+    pub(super) fn tint(&mut self, tint: Rgb) {
+        let o = &mut self.scene.optics;
+        o.tint.resize(o.material_of.len(), Rgb::ONE);
+        if let Some(last) = o.tint.last_mut() {
+            *last = if tint.is_nan() { Rgb::ONE } else { tint.clamp(Rgb::ZERO, Rgb::ONE) };
+        }
+    }
+
     /// Adds a mesh as a surface of its own, all of one material, and returns the surface's index.
     ///
     /// `vertices` are in metres; `triangles` are indices of them, counter-clockwise seen from the
@@ -156,6 +167,7 @@ impl SceneBuilder {
     /// The finished scene.
     #[must_use]
     pub fn finish(mut self) -> Scene {
+        cutout::cut(&mut self.scene);
         self.average_textures();
         self.scene.geometry.flag_flaws();
         if !self.has_uv {
@@ -163,6 +175,7 @@ impl SceneBuilder {
         }
         self.name_transparent();
         self.clamp_reflectances();
+        self.scene.findings = grouped(std::mem::take(&mut self.scene.findings));
         self.scene
     }
 
@@ -172,6 +185,12 @@ impl SceneBuilder {
         let optics = &mut self.scene.optics;
         let material = |m: &u32| &optics.materials[*m as usize];
         optics.reflectance = optics.material_of.iter().map(|m| material(m).reflectance).collect();
+        if optics.tint.iter().any(|tint| *tint != Rgb::ONE) {
+            optics.tint.resize(optics.material_of.len(), Rgb::ONE);
+            optics.reflectance.iter_mut().zip(&optics.tint).for_each(|(rho, tint)| *rho *= *tint);
+        } else {
+            optics.tint = Vec::new();
+        }
         optics.emission = optics.material_of.iter().map(|m| material(m).radiance * PI).collect();
         let mut triangles_of = vec![Vec::new(); optics.materials.len()];
         for (t, &m) in optics.material_of.iter().enumerate() {
@@ -179,12 +198,11 @@ impl SceneBuilder {
                 triangles_of[m as usize].push(t);
             }
         }
-        for index in 0..optics.textures.len() as u32 {
-            let materials = &self.scene.optics.materials;
-            let users: Vec<usize> = (0..materials.len())
-                .filter(|&m| materials[m].uses(index))
-                .flat_map(|m| triangles_of[m].iter().copied())
-                .collect();
+        let mut users = vec![Vec::new(); optics.textures.len()];
+        for (material, triangles) in optics.materials.iter().zip(&triangles_of) {
+            material.textures().for_each(|t| users[t as usize].extend(triangles));
+        }
+        for (index, users) in (0..).zip(users) {
             if !users.is_empty() {
                 self.average_texture(index, &users);
             }
@@ -192,7 +210,7 @@ impl SceneBuilder {
     }
 
     fn average_texture(&mut self, index: u32, users: &[usize]) {
-        let (geometry, optics) = (&mut self.scene.geometry, &mut self.scene.optics);
+        let optics = &mut self.scene.optics;
         let sampler = match optics.textures[index as usize].decode() {
             Ok(sampler) => sampler,
             Err(error) => {
@@ -203,7 +221,7 @@ impl SceneBuilder {
                         "does not decode ({}); a mid-grey of {ASSUMED_TEXTURE} is assumed",
                         error.problem
                     ),
-                    "save it as PNG or JPEG",
+                    "save it as PNG or JPEG, and no larger than it need be",
                 ));
                 for &t in users {
                     let material = &optics.materials[optics.material_of[t] as usize];
@@ -218,31 +236,30 @@ impl SceneBuilder {
                 return;
             }
         };
-        let share = sampler.texel_share(users.iter().map(|&t| optics.uv[t]));
-        let means: Vec<(Rgb, f64)> = users
-            .par_iter()
+        // Cards and tiles have the same place in the texture over and over.
+        let mut number: HashMap<[[u64; 2]; 3], usize> = HashMap::new();
+        let mut places = Vec::new();
+        let place_of: Vec<usize> = users
+            .iter()
             .map(|&t| {
-                let material = &optics.materials[optics.material_of[t] as usize];
-                // The cutoff is for texture times factor.
-                let cutoff = material.alpha_cutoff.map(|c| c / material.alpha);
-                sampler.mean_within(optics.uv[t], cutoff, share)
+                let uv = optics.uv[t];
+                *number.entry(uv.map(|at| at.to_array().map(f64::to_bits))).or_insert_with(|| {
+                    places.push(uv);
+                    places.len() - 1
+                })
             })
             .collect();
-        for (&t, (mean, alpha)) in users.iter().zip(means) {
+        let share = sampler.texel_share(places.iter().copied());
+        let means: Vec<Rgb> =
+            places.par_iter().map(|&uv| sampler.mean_within(uv, None, share).0).collect();
+        for (&t, place) in users.iter().zip(place_of) {
+            let mean = means[place];
             let material = &optics.materials[optics.material_of[t] as usize];
             if material.reflectance_texture == Some(index) {
                 optics.reflectance[t] *= mean;
             }
             if material.radiance_texture == Some(index) {
                 optics.emission[t] *= mean;
-            }
-            if material.alpha_texture == Some(index) {
-                let factor = if material.alpha_cutoff.is_some() { 1.0 } else { material.alpha };
-                geometry.state[t] = if alpha * factor < OPAQUE_ALPHA {
-                    TriangleState::Transparent
-                } else {
-                    TriangleState::Solid
-                };
             }
         }
     }
@@ -259,7 +276,7 @@ impl SceneBuilder {
                     Severity::Note,
                     format!("material {}", material.name),
                     format!("lets light through: {count} triangles are left out as if not there"),
-                    "make it opaque (alpha of at least .5) if it should block light",
+                    "make it opaque (alpha, or d of MTL, of at least .5) if it should block light",
                 ));
             }
         }
@@ -286,4 +303,30 @@ impl SceneBuilder {
             }
         }
     }
+}
+
+/// Findings that are equal but for their place, as one.
+fn grouped(findings: Vec<Finding>) -> Vec<Finding> {
+    /// Places that are named.
+    const NAMED: usize = 4;
+    let mut groups: Vec<(Finding, usize)> = Vec::new();
+    let mut group_of: HashMap<(String, String), usize> = HashMap::new();
+    for finding in findings {
+        let key = (finding.message.clone(), finding.remedy.clone());
+        let &mut group = group_of.entry(key).or_insert(groups.len());
+        match groups.get_mut(group) {
+            Some((first, count)) => {
+                *count += 1;
+                if *count <= NAMED {
+                    first.place += &format!(", {}", finding.place);
+                }
+            }
+            None => groups.push((finding, 1)),
+        }
+    }
+    let said = |(finding, count): (Finding, usize)| match count.saturating_sub(NAMED) {
+        0 => finding,
+        more => Finding { place: format!("{} and {more} more", finding.place), ..finding },
+    };
+    groups.into_iter().map(said).collect()
 }

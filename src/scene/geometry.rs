@@ -73,7 +73,8 @@ pub struct Surface {
 /// The source triangles of a scene.
 ///
 /// All per-triangle arrays have the same length and keep the order of the file. Degenerate and
-/// duplicate triangles are flagged in [`state`](Self::state), never dropped.
+/// duplicate triangles are flagged in [`state`](Self::state), never dropped. The pieces of a
+/// triangle that a mask cuts out stand in its place.
 #[derive(Debug, Clone, Default)]
 pub struct Geometry {
     /// Positions in metres, right-handed.
@@ -88,6 +89,11 @@ pub struct Geometry {
     pub surface_of: Vec<u32>,
     /// The named surfaces.
     pub surfaces: Vec<Surface>,
+    /// Number of the file's triangle that each is a piece of, ascending; empty if none is cut.
+    pub face_of: Vec<u32>,
+    /// Triangles from this one on are patches as they are, neither split nor joined: their mesh was
+    /// made for light.
+    pub whole_from: Option<TriangleId>,
 }
 
 /// A triangle whose height is below this fraction of its longest edge is degenerate: its normal
@@ -139,10 +145,28 @@ impl Geometry {
         (b - a).cross(c - a).normalize_or_zero() * side.sign()
     }
 
+    /// Number of the file's triangle that this is, or is a piece of.
+    #[must_use]
+    pub fn face(&self, id: TriangleId) -> u32 {
+        self.face_of.get(id.index()).copied().unwrap_or(id.0)
+    }
+
+    /// Number of triangles in the file.
+    #[must_use]
+    pub fn faces(&self) -> usize {
+        self.face_of.last().map_or(self.len(), |&last| last as usize + 1)
+    }
+
     /// Whether the triangle blocks and exchanges light.
     #[must_use]
     pub fn is_solid(&self, id: TriangleId) -> bool {
         self.state[id.index()] == TriangleState::Solid
+    }
+
+    /// Whether the triangle is a patch as it is, neither split nor joined.
+    #[must_use]
+    pub fn is_whole(&self, id: TriangleId) -> bool {
+        self.whole_from.is_some_and(|from| id >= from)
     }
 
     /// Whether this side of the triangle exchanges light (a back that does not absorbs).
@@ -237,6 +261,8 @@ mod tests {
             state: vec![TriangleState::Solid; 2],
             surface_of: vec![0; 2],
             surfaces: vec![],
+            face_of: vec![],
+            whole_from: None,
         };
         g.flag_flaws();
         g

@@ -4,37 +4,43 @@
 //! LM-63-2002, "Standard file format for the electronic transfer of photometric data and related
 //! information"; for the edition of 1991 IESNA LM-63-1991).
 
-use std::fs;
 use std::path::Path;
 
+use super::files::read_regular;
+use super::lines::{shortened, shown};
+use super::optics::MOST_RADIANCE;
 use super::photometry::Photometry;
 use super::source::{ImportError, Place, Source};
+use super::type_a::TypeA;
+use super::type_b::TypeB;
 
-/// Reads the photometry of a luminaire: an IES file of type C with a header of 1991 or later.
+/// Reads the photometry of a luminaire: an IES file of any type and any edition since 1986.
 ///
 /// Intensities are those of the file times its multiplier and ballast factors. In relative
 /// photometry they already count the flux of the lamps; nothing is scaled to it.
 ///
 /// # Errors
-/// If the file cannot be read or is broken, if it is of type A or B, or if its light depends on the
-/// tilt.
+/// If the file cannot be read or is broken, or if its light depends on the tilt.
 pub fn read(path: &Path) -> Result<Photometry, ImportError> {
     let unreadable = |source| ImportError::Unreadable { path: path.into(), source };
-    let bytes = fs::read(path).map_err(unreadable)?;
-    parse(&Source { path, bytes: &bytes })
+    let bytes = read_regular(path).map_err(unreadable)?;
+    parse(&Source::new(path, &bytes))
 }
 
 /// Headers, and whether their edition has a ballast-lamp photometric factor; later ones reserve its
 /// place.
-const HEADERS: [(&str, bool); 4] = [
+const HEADERS: [(&str, bool); 6] = [
+    ("IESNA86", true),
     ("IESNA91", true),
+    ("IESNA95", false),
     ("IESNA:LM-63-1995", false),
     ("IESNA:LM-63-2002", false),
     ("IES:LM-63-2019", false),
 ];
 
-/// Intensities beyond this overflow when irradiances are squared for a residual.
-const MOST_INTENSITY: f64 = 1e30;
+/// Angles that are nearer to each other, in degrees, are one: intensities between them would be
+/// noise.
+const LEAST_STEP: f64 = 1e-6;
 
 /// Metres.
 const FOOT: f64 = 0.3048;
@@ -45,20 +51,23 @@ const FETCH_AGAIN: &str = "fetch the file from its manufacturer again";
 fn parse(source: &Source<'_>) -> Result<Photometry, ImportError> {
     // Names of makers come in any encoding.
     let text = String::from_utf8_lossy(source.bytes);
+    let text = text.trim_start_matches('\u{feff}');
     let mut lines = text.lines().enumerate().map(|(i, line)| (i + 1, line.trim()));
-    let header = lines.next().map_or("", |(_, line)| line).trim_start_matches('\u{feff}');
-    let edition = HEADERS.iter().find(|h| h.0.eq_ignore_ascii_case(header));
-    let &(_, has_lamp_factor) = edition.ok_or_else(|| {
-        source.malformed(
-            Place::Line(1),
-            format!("begins with '{}', which is no header of LM-63 since 1991", short(header)),
-            format!("the first line must be one of {}", HEADERS.map(|h| h.0).join(", ")),
-        )
-    })?;
+    let header = text.lines().next().unwrap_or_default().trim();
     let tilt = lines.find_map(|(n, line)| {
         let (key, value) = line.split_once('=')?;
         key.trim().eq_ignore_ascii_case("TILT").then(|| (n, value.trim()))
     });
+    let edition = HEADERS.iter().find(|h| h.0.eq_ignore_ascii_case(header)).map(|h| h.1);
+    // The edition of 1986 has no header: labels without a form come first.
+    let first_edition = tilt.is_some() && !header.to_ascii_uppercase().starts_with("IES");
+    let has_lamp_factor = edition.or(first_edition.then_some(true)).ok_or_else(|| {
+        source.malformed(
+            Place::Line(1),
+            format!("begins with '{}', which is no header of LM-63", shortened(header)),
+            format!("the first line must be one of {}", HEADERS.map(|h| h.0).join(", ")),
+        )
+    })?;
     let (line, tilt) = tilt.ok_or_else(|| {
         let place = Place::Element("keywords".into());
         source.malformed(place, "are not followed by a line TILT=", FETCH_AGAIN)
@@ -74,18 +83,12 @@ fn parse(source: &Source<'_>) -> Result<Photometry, ImportError> {
         "INCLUDE" => numbers.tilt()?,
         _ => {
             return Err(numbers.wrong(
-                format!("TILT={} refers to another file", short(tilt)),
+                format!("TILT={} refers to another file", shortened(tilt)),
                 "write TILT=NONE if the light does not depend on the tilt",
             ));
         }
     }
     numbers.photometry(has_lamp_factor)
-}
-
-/// The beginning of a text of the file, for a message.
-fn short(text: &str) -> String {
-    const SHOWN: usize = 40;
-    text.chars().take(SHOWN).collect()
 }
 
 /// The numbers of a file, one after another.
@@ -115,7 +118,7 @@ impl<'a, W: Iterator<Item = (usize, &'a str)>> Numbers<'_, W> {
         match word.parse::<f64>() {
             Ok(number) if number.is_finite() && valid(number) => Ok(number),
             _ => Err(self.wrong(
-                format!("{what} is '{}'", short(word)),
+                format!("{what} is '{}'", shortened(word)),
                 format!("it must be {expected}; {FETCH_AGAIN}"),
             )),
         }
@@ -140,8 +143,8 @@ impl<'a, W: Iterator<Item = (usize, &'a str)>> Numbers<'_, W> {
         for k in 1..=count {
             let name = format!("{what} angle {k} of {count}");
             let after = angles.last().copied();
-            let ascends = |x| after.is_none_or(|a| x > a);
-            angles.push(self.next(&name, ascends, "larger than the one before it")?);
+            let ascends = |x: f64| x.abs() <= 360.0 && after.is_none_or(|a| x >= a + LEAST_STEP);
+            angles.push(self.next(&name, ascends, "larger than the one before it, in degrees")?);
         }
         Ok(angles)
     }
@@ -156,8 +159,9 @@ impl<'a, W: Iterator<Item = (usize, &'a str)>> Numbers<'_, W> {
             if factor != 1.0 {
                 return Err(self.wrong(
                     format!(
-                        "the light depends on the tilt (a factor of {factor}), which is not \
-                         supported"
+                        "the light depends on the tilt (a factor of {}), which is not \
+                         supported",
+                        shown(factor)
                     ),
                     "write TILT=NONE in place of the tilt data to leave it out of account",
                 ));
@@ -176,7 +180,11 @@ impl<'a, W: Iterator<Item = (usize, &'a str)>> Numbers<'_, W> {
         let multiplier = self.positive("the candela multiplier")?;
         let vertical = self.count("the number of vertical angles")?;
         let horizontal = self.count("the number of horizontal angles")?;
-        self.type_c()?;
+        let kind = self.next(
+            "the photometric type",
+            |x| [1.0, 2.0, 3.0].contains(&x),
+            "1 (type C), 2 (B) or 3 (A)",
+        )?;
         let unit = self.next("the unit", |x| x == 1.0 || x == 2.0, "1 (feet) or 2 (metres)")?;
         let mut opening = 0.0_f64;
         for what in ["width", "length", "height"] {
@@ -191,8 +199,16 @@ impl<'a, W: Iterator<Item = (usize, &'a str)>> Numbers<'_, W> {
         }
         self.number("the input power")?;
         let factors = ballast * if has_lamp_factor { lamp } else { 1.0 };
-        let (vertical, horizontal) = (self.vertical(vertical)?, self.horizontal(horizontal)?);
+        let (vertical, horizontal) = match kind {
+            1.0 => (self.vertical(vertical)?, self.horizontal(horizontal)?),
+            _ => (self.about_aim(vertical, "vertical")?, self.about_aim(horizontal, "horizontal")?),
+        };
         let candela = self.candela(&vertical, &horizontal, multiplier * factors)?;
+        let (vertical, horizontal, candela) = match kind {
+            1.0 => (vertical, horizontal, candela),
+            2.0 => TypeB { vertical, horizontal, candela }.as_type_c(),
+            _ => TypeA { vertical, horizontal, candela }.as_type_c(),
+        };
         Ok(Photometry {
             vertical,
             horizontal,
@@ -202,18 +218,17 @@ impl<'a, W: Iterator<Item = (usize, &'a str)>> Numbers<'_, W> {
         })
     }
 
-    fn type_c(&mut self) -> Result<(), ImportError> {
-        let kind = self.next(
-            "the photometric type",
-            |x| [1.0, 2.0, 3.0].contains(&x),
-            "1 (type C), 2 (B) or 3 (A)",
-        )?;
-        if kind == 1.0 {
-            return Ok(());
+    /// Angles about the aim of a floodlight or headlight.
+    fn about_aim(&mut self, count: usize, what: &str) -> Result<Vec<f64>, ImportError> {
+        let angles = self.angles(count, what)?;
+        let (from, to) = (angles[0], angles[count - 1]);
+        if (-90.0..=0.0).contains(&from) && (0.0..=90.0).contains(&to) {
+            return Ok(angles);
         }
+        let (from, to) = (shown(from), shown(to));
         Err(self.wrong(
-            format!("is photometry of type {}", if kind == 2.0 { "B" } else { "A" }),
-            "only type C is read: ask the manufacturer for it, or convert the file",
+            format!("{what} angles go from {from} to {to}"),
+            "those of type A or B must go from 0 or less to 0 or more, within 90 degrees",
         ))
     }
 
@@ -252,9 +267,9 @@ impl<'a, W: Iterator<Item = (usize, &'a str)>> Numbers<'_, W> {
                 candela.push(factor * self.next(&what, |x| x >= 0.0, "at least 0 cd")?);
             }
         }
-        if candela.iter().any(|&i| i > MOST_INTENSITY) {
+        if candela.iter().any(|&i| i > MOST_RADIANCE) {
             return Err(self.wrong(
-                format!("an intensity exceeds {MOST_INTENSITY:e} cd"),
+                format!("an intensity exceeds {MOST_RADIANCE:e} cd"),
                 "check the candela multiplier",
             ));
         }
@@ -263,7 +278,7 @@ impl<'a, W: Iterator<Item = (usize, &'a str)>> Numbers<'_, W> {
             Some((line, word)) => {
                 self.line = line;
                 Err(self.wrong(
-                    format!("'{}' follows after all intensities", short(word)),
+                    format!("'{}' follows after all intensities", shortened(word)),
                     "check the numbers of vertical and horizontal angles",
                 ))
             }

@@ -6,11 +6,12 @@ use std::path::Path;
 use glam::DVec3;
 
 use super::builder::{MAX_REFLECTANCE, SceneBuilder};
+use super::files::read_regular;
 use super::geometry::{MAX_COORDINATE, Sides};
 use super::lamp::Lamp;
 use super::model::Scene;
-use super::source::{ImportError, Source};
-use super::{gltf, obj, ply, stl};
+use super::source::{ImportError, Place, Source};
+use super::{gltf, obj, ply, stl, upright};
 
 /// Which sides of triangles reflect.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -29,8 +30,8 @@ pub enum SidesChoice {
 pub struct ImportOptions {
     /// Metres per unit of the model (default 1).
     pub unit: f64,
-    /// The direction that points upwards; by default as the format says (+y). Coordinates stay as
-    /// they are.
+    /// The direction that points upwards; by default as the format says (+y), or as the model
+    /// stands (y or z) where it does not say. Coordinates stay as they are.
     pub up: Option<DVec3>,
     /// Reflectances above this are clamped to it, 0..1 (default .9).
     pub max_reflectance: f64,
@@ -65,7 +66,7 @@ pub fn load(path: &Path, options: &ImportOptions) -> Result<Scene, ImportError> 
         Some("ply") => ply::read,
         _ => return Err(ImportError::UnknownFormat { path: path.into() }),
     };
-    let bytes = fs::read(path).map_err(unreadable)?;
+    let bytes = read_regular(path).map_err(unreadable)?;
     if bytes.is_empty() {
         return Err(ImportError::Empty { path: path.into() });
     }
@@ -75,16 +76,36 @@ pub fn load(path: &Path, options: &ImportOptions) -> Result<Scene, ImportError> 
     if let Some(up) = options.up {
         builder.up(up.normalize());
     }
-    let source = Source { path, bytes: &bytes };
+    let source = Source::new(path, &bytes);
     read(&source, &mut builder)?;
     let mut scene = builder.finish();
+    if options.up.is_none() {
+        // Most printers of solids have z upwards, most other programs y.
+        scene.up = match extension.as_deref() {
+            Some("stl") => upright::guess(&scene.geometry, DVec3::Z),
+            Some("ply") => upright::guess(&scene.geometry, DVec3::Y),
+            Some("obj") => upright::doubt(&scene.geometry),
+            _ => scene.up,
+        };
+    }
     if scene.geometry.is_empty() {
         return Err(ImportError::NoTriangles { path: path.into() });
     }
+    scene.files = source.found.take();
+    scene.files.push(path.into());
+    scene.files.sort();
+    scene.files.dedup();
     scale(&mut scene, options.unit);
     let in_range = |v: &DVec3| v.is_finite() && v.abs().max_element() <= MAX_COORDINATE;
+    let too_far = |place: String| {
+        let place = Place::Element(place);
+        Err(ImportError::TooFar { path: path.into(), place, limit: MAX_COORDINATE })
+    };
     if !scene.geometry.vertices.iter().all(in_range) {
-        return Err(ImportError::TooFar { path: path.into(), limit: MAX_COORDINATE });
+        return too_far("vertices".into());
+    }
+    if let Some(lamp) = scene.lamps.iter().find(|l| !l.position().iter().all(in_range)) {
+        return too_far(format!("light {}", lamp.name()));
     }
     scene.choose_sides(options.sides);
     Ok(scene)
@@ -181,6 +202,24 @@ mod tests {
         }
         let error = load(&at("folder.obj"), &ImportOptions::default());
         assert!(matches!(error, Err(ImportError::Directory { .. })));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn pipes_and_devices_are_refused_at_once() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        std::os::unix::net::UnixListener::bind(at("socket.obj")).unwrap();
+        std::os::unix::fs::symlink("/dev/zero", at("endless.ply")).unwrap();
+        fs::File::create(at("huge.stl")).unwrap().set_len(1 << 40).unwrap();
+        assert!(message(&at("socket.obj")).contains("socket.obj: cannot be read (it is a pipe"));
+        assert!(message(&at("endless.ply")).contains("endless.ply: cannot be read (it is a pipe"));
+        assert!(message(&at("huge.stl")).contains("huge.stl: cannot be read (it has more than"));
+        // Beside a model, they are as good as missing.
+        let model = "mtllib endless.ply\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+        fs::write(at("model.obj"), model).unwrap();
+        let scene = load(&at("model.obj"), &ImportOptions::default()).unwrap();
+        assert!(scene.findings.iter().any(|f| f.message.contains("endless.ply is missing")));
     }
 
     #[test]

@@ -35,11 +35,17 @@ pub fn inspect(scene: &Scene) -> Vec<Finding> {
     findings
 }
 
+/// A doubt about the unit that a model was made in, from its size.
+#[must_use]
+pub fn doubtful_unit(geometry: &Geometry) -> Option<Finding> {
+    units::doubt(geometry)
+}
+
 /// `surface lamp, triangle 12 at (1, 2, 0.5)`; triangles count from 0 in file order.
 fn place(g: &Geometry, triangle: TriangleId, at: DVec3) -> String {
     let surface = g.surface_of.get(triangle.index()).and_then(|&s| g.surfaces.get(s as usize));
     let name = surface.map_or("?", |s| s.name.as_str());
-    format!("surface {name}, triangle {} at {}", triangle.0, coordinate(at))
+    format!("surface {name}, triangle {} at {}", g.face(triangle), coordinate(at))
 }
 
 /// Six digits locate a flaw; more are noise of the file's `f32`.
@@ -177,8 +183,8 @@ fn winding(scene: &Scene, edges: &Edges) -> Option<Finding> {
         format!(
             "neighbours face opposite ways across {}; the first is between triangles {} and {}",
             count(edges.turned.len(), "edge", "edges"),
-            first.triangle.0,
-            first.other.0
+            g.face(first.triangle),
+            g.face(first.other)
         ),
         "recalculate normals outside (Blender: Mesh > Normals > Recalculate Outside)",
     ))

@@ -64,6 +64,15 @@ impl Lamp {
         }
     }
 
+    /// Where it is, in metres; `None` for one that is infinitely far.
+    #[must_use]
+    pub fn position(&self) -> Option<DVec3> {
+        match self {
+            Self::Point { position, .. } | Self::Spot { position, .. } => Some(*position),
+            Self::Directional { .. } => None,
+        }
+    }
+
     /// The relative intensity in each direction, if the lamp has one of its own.
     #[must_use]
     pub fn photometry(&self) -> Option<&Photometry> {

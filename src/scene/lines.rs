@@ -1,5 +1,7 @@
 //! Statements of a text file, such as OBJ, MTL and STL: logical lines without comments.
 
+use std::borrow::Cow;
+
 use glam::DVec3;
 
 use super::source::{ImportError, Place, Source};
@@ -26,7 +28,7 @@ pub fn statements(
     bytes: &[u8],
     mut each: impl FnMut(Statement<'_>) -> Result<(), ImportError>,
 ) -> Result<(), ImportError> {
-    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    let bytes = &*utf8(bytes);
     let mut joined = Vec::new();
     let mut first = 1;
     for (i, line) in bytes.split(|&b| b == b'\n').enumerate() {
@@ -50,6 +52,22 @@ pub fn statements(
         }
     }
     statement(first, &joined, &mut each)
+}
+
+/// A text without its byte order mark, which may say that it is in UTF-16.
+pub fn utf8(bytes: &[u8]) -> Cow<'_, [u8]> {
+    let wide = |bytes: &[u8], unit: fn([u8; 2]) -> u16| {
+        let units = bytes.as_chunks().0.iter().map(|&pair| unit(pair));
+        let text: String =
+            char::decode_utf16(units).map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER)).collect();
+        Cow::Owned(text.into_bytes())
+    };
+    match bytes {
+        [0xef, 0xbb, 0xbf, rest @ ..] => Cow::Borrowed(rest),
+        [0xff, 0xfe, rest @ ..] => wide(rest, u16::from_le_bytes),
+        [0xfe, 0xff, rest @ ..] => wide(rest, u16::from_be_bytes),
+        _ => Cow::Borrowed(bytes),
+    }
 }
 
 /// Where a line's comment begins: a `#` inside a word belongs to a name.
@@ -99,6 +117,11 @@ pub fn vector(source: &Source<'_>, s: &Statement<'_>) -> Result<DVec3, ImportErr
         *x = number(source, s.line, word)?;
     }
     Ok(xyz.into())
+}
+
+/// A number for a message: some have 300 digits.
+pub fn shown(x: f64) -> String {
+    if x == 0.0 || (1e-6..1e15).contains(&x.abs()) { format!("{x}") } else { format!("{x:e}") }
 }
 
 /// A word for a message: noise can be megabytes long.

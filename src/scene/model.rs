@@ -1,5 +1,6 @@
 //! The scene as a whole.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use glam::DVec3;
@@ -33,6 +34,8 @@ pub struct Scene {
     pub cameras: Vec<Camera>,
     /// What is wrong or doubtful, or was assumed.
     pub findings: Vec<Finding>,
+    /// The files that it was read from.
+    pub files: Vec<PathBuf>,
 }
 
 /// A luminaire that sends out more than this multiple of its lamps' flux is doubtful; files are

@@ -9,16 +9,17 @@ mod parse;
 mod tests;
 
 use std::collections::HashMap;
-use std::fs;
 
 use glam::{DVec2, DVec3};
 
 use super::builder::SceneBuilder;
+use super::files::read_regular;
 use super::geometry::{Sides, Surface};
+use super::lines::shortened;
 use super::optics::{ASSUMED_TEXTURE, Material};
 use super::polygon;
 use super::source::{ImportError, Place, Source};
-use super::texture::{Texture, Wrap};
+use super::texture::{Texture, Wrap, linear_from_srgb};
 use super::{Rgb, Severity};
 use mtl::{Map, MtlMaterial, UvTransform};
 use parse::{Face, Obj};
@@ -31,6 +32,7 @@ pub(super) fn read(source: &Source<'_>, builder: &mut SceneBuilder) -> Result<()
     source.check_size(corners, "triangles", last)?;
     source.check_size(obj.positions.len(), "vertices", last)?;
     let library = libraries(source, &obj, builder)?;
+    let tints = tints(&obj);
     let materials = Materials::add(source, &obj, &library, builder);
     for &position in &obj.positions {
         builder.vertex(position);
@@ -40,7 +42,7 @@ pub(super) fn read(source: &Source<'_>, builder: &mut SceneBuilder) -> Result<()
         builder.surface_in(named, &surface.object);
     }
     for face in &obj.faces {
-        add_face(source, &obj, face, &materials, builder)?;
+        add_face(source, &obj, face, &materials, &tints, builder)?;
     }
     if obj.curves > 0 {
         builder.finding(
@@ -71,6 +73,7 @@ fn add_face(
     obj: &Obj,
     face: &Face,
     materials: &Materials,
+    tints: &[Rgb],
     builder: &mut SceneBuilder,
 ) -> Result<(), ImportError> {
     let corners = &obj.corners[face.corners.clone()];
@@ -112,8 +115,21 @@ fn add_face(
             *material,
             Sides::Two,
         );
+        if !tints.is_empty() {
+            let of = |i: usize| tints.get(corners[i].position as usize).copied();
+            let tint: Rgb = triangle.iter().map(|&i| of(i).unwrap_or(Rgb::ONE)).sum();
+            builder.tint(tint / 3.0);
+        }
     }
     Ok(())
+}
+
+/// What the vertices' colours multiply reflectance with. Files write them from 0 to 1, or to 255.
+fn tints(obj: &Obj) -> Vec<Rgb> {
+    let largest = obj.colours.iter().flatten().fold(0.0_f64, |most, c| most.max(c.max_element()));
+    let scale = if largest > 1.0 { 255.0 } else { 1.0 };
+    let tint = |colour: &Option<Rgb>| colour.map_or(Rgb::ONE, |c| linear_from_srgb(c / scale));
+    obj.colours.iter().map(tint).collect()
 }
 
 /// All material libraries that the file names, the later of two equal names winning.
@@ -138,9 +154,16 @@ fn libraries(
                 );
                 continue;
             };
-            let bytes = fs::read(&path)
+            let bytes = read_regular(&path)
                 .map_err(|error| ImportError::Unreadable { path: path.clone(), source: error })?;
-            mtl::parse(&Source { path: &path, bytes: &bytes }, &mut library)?;
+            if mtl::parse(&Source::new(&path, &bytes), &mut library)? {
+                builder.finding(
+                    Severity::Note,
+                    place,
+                    format!("all materials of {} say Tr 1, taken as opaque", shortened(&name)),
+                    "write d 0 for a material that lets all light through",
+                );
+            }
         }
     }
     Ok(library)
@@ -167,6 +190,9 @@ fn library_names(source: &Source<'_>, rest: &str) -> Vec<String> {
     names.retain(|name| !name.is_empty());
     names
 }
+
+/// What faces without a material, and materials without a name, are called.
+const UNNAMED: &str = "(none)";
 
 /// Reflectance of what has no material, or one that says nothing about it.
 const ASSUMED_REFLECTANCE: f64 = 0.5;
@@ -200,15 +226,21 @@ impl Materials {
                         Some(name) => (format!("material {name}"), "is not defined"),
                         None => (format!("line {}", face.line), "faces have no material"),
                     };
+                    let coloured = name.is_none() && !obj.colours.is_empty();
+                    let rho = if coloured { 1.0 } else { ASSUMED_REFLECTANCE };
+                    let assumed = match coloured {
+                        true => "the colours of their vertices are their reflectance".to_owned(),
+                        false => format!("reflectance {ASSUMED_REFLECTANCE} is assumed"),
+                    };
                     builder.finding(
-                        Severity::Warning,
+                        if coloured { Severity::Note } else { Severity::Warning },
                         place,
-                        format!("{message}; reflectance {ASSUMED_REFLECTANCE} is assumed"),
+                        format!("{message}; {assumed}"),
                         "define it in a material library beside the OBJ file",
                     );
                     let material = Material {
-                        name: name.unwrap_or("(none)").into(),
-                        reflectance: Rgb::splat(ASSUMED_REFLECTANCE),
+                        name: name.filter(|n| !n.is_empty()).unwrap_or(UNNAMED).into(),
+                        reflectance: Rgb::splat(rho),
                         ..Material::default()
                     };
                     (builder.material(material), mtl::NO_TRANSFORM)
@@ -220,7 +252,8 @@ impl Materials {
     }
 }
 
-type Textures = HashMap<(std::path::PathBuf, bool), Option<u32>>;
+/// Textures by file, and whether they hold the border's value and are opacity.
+type Textures = HashMap<(std::path::PathBuf, bool, bool), u32>;
 
 fn add_material(
     source: &Source<'_>,
@@ -229,12 +262,26 @@ fn add_material(
     textures: &mut Textures,
     builder: &mut SceneBuilder,
 ) -> (u32, UvTransform) {
+    let name = if name.is_empty() { UNNAMED } else { name };
     let mut material = Material { name: name.into(), alpha: given.alpha(), ..Material::default() };
     let place = format!("material {name}");
     material.reflectance = given.kd.unwrap_or_else(|| {
         if given.map_kd.is_some() { Rgb::ONE } else { Rgb::splat(ASSUMED_REFLECTANCE) }
     });
-    if given.kd.is_none() && given.map_kd.is_none() {
+    let ks = given.ks.unwrap_or(Rgb::ZERO);
+    let no_kd = given.kd.is_none_or(|kd| kd == Rgb::ZERO) && given.map_kd.is_none();
+    if given.is_specular() || (given.kd == Some(Rgb::ZERO) && no_kd && ks != Rgb::ZERO) {
+        let diffuse = if no_kd { Rgb::ZERO } else { material.reflectance };
+        if (diffuse + ks).max_element() > 0.0 {
+            material.reflectance = (diffuse + ks).min(Rgb::ONE.max(diffuse));
+        }
+        builder.finding(
+            Severity::Note,
+            place.clone(),
+            "is a mirror, glass or gloss; its specular colour (Ks) counts as diffuse reflectance",
+            "give it a Kd of the same mean reflectance, and no Ks, if that matters",
+        );
+    } else if given.kd.is_none() && given.map_kd.is_none() {
         builder.finding(
             Severity::Note,
             place.clone(),
@@ -253,18 +300,11 @@ fn add_material(
     }
     material.radiance =
         given.ke.unwrap_or(if given.map_ke.is_some() { Rgb::ONE } else { Rgb::ZERO });
-    if given.map_d {
-        builder.finding(
-            Severity::Warning,
-            place.clone(),
-            "its opacity map (map_d) is ignored; it blocks light everywhere",
-            "",
-        );
-    }
-    let mut add = |map: &Option<Map>, builder: &mut SceneBuilder| {
-        map.as_ref().map(|map| texture(source, &place, map, textures, builder))
+    let mut add = |map: &Option<Map>, opacity: bool, builder: &mut SceneBuilder| {
+        map.as_ref().map(|map| texture(source, &place, map, opacity, textures, builder))
     };
-    let (kd, ke) = (add(&given.map_kd, builder), add(&given.map_ke, builder));
+    let (kd, ke) = (add(&given.map_kd, false, builder), add(&given.map_ke, false, builder));
+    material.alpha_texture = add(&given.map_d, true, builder).flatten();
     if kd == Some(None) {
         material.reflectance *= ASSUMED_TEXTURE;
     }
@@ -273,7 +313,7 @@ fn add_material(
     }
     material.reflectance_texture = kd.flatten();
     material.radiance_texture = ke.flatten();
-    let map = given.map_kd.as_ref().or(given.map_ke.as_ref());
+    let map = given.map_kd.as_ref().or(given.map_ke.as_ref()).or(given.map_d.as_ref());
     let transform = map.map_or(mtl::NO_TRANSFORM, |m| m.transform);
     (builder.material(material), transform)
 }
@@ -283,27 +323,39 @@ fn texture(
     source: &Source<'_>,
     place: &str,
     map: &Map,
+    opacity: bool,
     textures: &mut Textures,
     builder: &mut SceneBuilder,
 ) -> Option<u32> {
     let path = source.beside(&map.file);
-    let encoded = path.as_ref().and_then(|p| fs::read(p).ok());
+    let known = path.as_ref().and_then(|p| textures.get(&(p.clone(), map.clamp, opacity)));
+    if let Some(known) = known {
+        return Some(*known);
+    }
+    let encoded = path.as_ref().and_then(|p| read_regular(p).ok());
     let (Some(path), Some(encoded)) = (path, encoded) else {
         builder.finding(
             Severity::Warning,
             place,
-            format!("texture {} is missing; a mid-grey of {ASSUMED_TEXTURE} is assumed", map.file),
+            match opacity {
+                true => format!("opacity map {} is missing; it blocks light everywhere", map.file),
+                false => format!(
+                    "texture {} is missing; a mid-grey of {ASSUMED_TEXTURE} is assumed",
+                    map.file
+                ),
+            },
             "put it beside the OBJ file",
         );
         return None;
     };
-    *textures.entry((path, map.clamp)).or_insert_with(|| {
-        let wrap = if map.clamp { Wrap::Clamp } else { Wrap::Repeat };
-        Some(builder.texture(Texture {
-            name: map.file.clone(),
-            encoded: encoded.into(),
-            wrap: [wrap; 2],
-            v_up: true,
-        }))
-    })
+    let wrap = if map.clamp { Wrap::Clamp } else { Wrap::Repeat };
+    let texture = builder.texture(Texture {
+        name: map.file.clone(),
+        encoded: encoded.into(),
+        wrap: [wrap; 2],
+        v_up: true,
+        opacity,
+    });
+    textures.insert((path, map.clamp, opacity), texture);
+    Some(texture)
 }

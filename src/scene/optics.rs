@@ -35,6 +35,10 @@ pub struct Material {
 /// Triangles whose alpha is below this let light through and are left out of visibility.
 pub const OPAQUE_ALPHA: f64 = 0.5;
 
+/// Radiances, intensities and reflectances beyond this overflow when irradiances are squared for a
+/// residual.
+pub(super) const MOST_RADIANCE: f64 = 1e30;
+
 /// What stands in, in all channels, for a texture that is missing or does not decode.
 pub const ASSUMED_TEXTURE: f64 = 0.5;
 
@@ -47,9 +51,10 @@ impl Material {
             .any(Option::is_some)
     }
 
-    pub(super) fn uses(&self, texture: u32) -> bool {
-        [self.reflectance_texture, self.radiance_texture, self.alpha_texture]
-            .contains(&Some(texture))
+    /// The textures that belong to it, each once.
+    pub(super) fn textures(&self) -> impl Iterator<Item = u32> + use<> {
+        let all = [self.reflectance_texture, self.radiance_texture, self.alpha_texture];
+        (0..all.len()).filter(move |&i| !all[..i].contains(&all[i])).filter_map(move |i| all[i])
     }
 }
 
@@ -77,6 +82,9 @@ pub struct Optics {
     /// Mean reflectance ρ of each triangle, 0..1 per channel: the texture's mean over the
     /// triangle's own UV footprint times the material's factor, clamped to the largest allowed.
     pub reflectance: Vec<Rgb>,
+    /// What multiplies the reflectance of each triangle's material: the mean of its corners'
+    /// colours; empty if none has any.
+    pub tint: Vec<Rgb>,
     /// Mean emission E of each triangle: self-emitted exitance in W/m² or lm/m², π × radiance.
     pub emission: Vec<Rgb>,
     /// Index in [`materials`](Self::materials) of each triangle.
@@ -96,6 +104,12 @@ impl Optics {
     #[must_use]
     pub fn material(&self, id: TriangleId) -> &Material {
         &self.materials[self.material_of[id.index()] as usize]
+    }
+
+    /// What multiplies the reflectance of a triangle's material.
+    #[must_use]
+    pub fn tint(&self, id: TriangleId) -> Rgb {
+        self.tint.get(id.index()).copied().unwrap_or(Rgb::ONE)
     }
 
     /// Mean emission E (exitance) of one side of a triangle.

@@ -12,7 +12,8 @@ use glam::DVec3;
 /// lies beyond the measured γ is dark.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Photometry {
-    /// Angles γ in degrees, ascending, two or more: from 0 or 90 to 90 or 180.
+    /// Angles γ in degrees, ascending: from 0 or 90 to 90 or 180, or those that were measured of a
+    /// luminaire that is aimed.
     pub(super) vertical: Vec<f64>,
     /// Angles C in degrees, ascending: 0 alone, 0 to 90, 180 or 360, or 90 to 270. The rest follows
     /// by symmetry.

@@ -23,16 +23,22 @@ pub(super) struct Soup<'a> {
 }
 
 impl<'a> Soup<'a> {
-    pub fn new(builder: &'a mut SceneBuilder, format: &str) -> Self {
+    /// `coloured`: triangles will have colours of their own, which are all of their reflectance.
+    pub fn new(builder: &'a mut SceneBuilder, format: &str, coloured: bool) -> Self {
+        let reflectance = if coloured { 1.0 } else { ASSUMED_REFLECTANCE };
         let material = builder.material(Material {
             name: "(none)".into(),
-            reflectance: Rgb::splat(ASSUMED_REFLECTANCE),
+            reflectance: Rgb::splat(reflectance),
             ..Material::default()
         });
+        let assumed = match coloured {
+            true => "the colours of vertices, taken as sRGB, are their reflectance".to_owned(),
+            false => format!("reflectance {ASSUMED_REFLECTANCE} is assumed"),
+        };
         builder.finding(
             Severity::Note,
             "whole model",
-            format!("{format} has no materials; reflectance {ASSUMED_REFLECTANCE} is assumed"),
+            format!("{format} has no materials; {assumed}"),
             "use glTF or OBJ where materials matter",
         );
         let (vertices, surfaces) = (HashMap::default(), HashMap::new());

@@ -1,5 +1,6 @@
 //! A file that is read: its name, its bytes, places in it, and what may be wrong with it.
 
+use std::cell::RefCell;
 use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -85,12 +86,14 @@ pub enum ImportError {
     },
     /// A coordinate lies beyond what single precision can deal with.
     #[error(
-        "{}: vertices: a coordinate exceeds {limit:e} metres; check the model's scale",
+        "{}: {place}: a coordinate exceeds {limit:e} metres; check the model's scale",
         path.display()
     )]
     TooFar {
         /// The file.
         path: PathBuf,
+        /// What lies there.
+        place: Place,
         /// The largest allowed coordinate in metres.
         limit: f64,
     },
@@ -133,9 +136,15 @@ pub(super) const EXPORT_AGAIN: &str = "export the model again";
 pub(super) struct Source<'a> {
     pub path: &'a Path,
     pub bytes: &'a [u8],
+    /// Files that it was found to refer to.
+    pub found: RefCell<Vec<PathBuf>>,
 }
 
-impl Source<'_> {
+impl<'a> Source<'a> {
+    pub fn new(path: &'a Path, bytes: &'a [u8]) -> Self {
+        Self { path, bytes, found: RefCell::default() }
+    }
+
     /// Something is wrong at a place in this file.
     pub fn malformed(
         &self,
@@ -171,6 +180,9 @@ impl Source<'_> {
         let folder = self.path.parent().unwrap_or_else(|| Path::new(""));
         let reference = reference.replace('\\', "/");
         let name = reference.rsplit('/').next().unwrap_or_default();
-        [folder.join(&reference), folder.join(name)].into_iter().find(|p| p.is_file())
+        let mut places = [folder.join(&reference), folder.join(name)].into_iter();
+        let path = places.find(|p| p.is_file())?;
+        self.found.borrow_mut().push(path.clone());
+        Some(path)
     }
 }

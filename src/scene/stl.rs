@@ -22,7 +22,7 @@ const FACET: usize = 50;
 
 /// Reads an STL file of either kind.
 pub(super) fn read(source: &Source<'_>, builder: &mut SceneBuilder) -> Result<(), ImportError> {
-    let mut soup = Soup::new(builder, "STL");
+    let mut soup = Soup::new(builder, "STL", false);
     let mut facets = Facets { soup: &mut soup, source, against: 0 };
     // Binary files may begin with `solid` too, but no text has just the length that its bytes 80 to
     // 83 say.

@@ -3,27 +3,26 @@
 //! A triangle's mean is the area average over its own footprint in the texture, in linear light,
 //! so that an atlas does not turn grey and a tiled floor keeps its colour.
 
+mod alphas;
 mod decode;
+mod shrink;
+mod srgb;
+mod wrap;
 
-use std::sync::{Arc, LazyLock};
+use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
 
 use super::Rgb;
 use super::footprint;
-use decode::{Image, decode};
+pub(super) use alphas::Alphas;
+use decode::decode;
+use shrink::Image;
+use srgb::LINEAR_FROM_SRGB;
 
-/// How a texture coordinate outside 0..1 is brought back.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Wrap {
-    /// Repeats.
-    #[default]
-    Repeat,
-    /// Repeats, every other time mirrored.
-    Mirror,
-    /// Holds the border's value.
-    Clamp,
-}
+pub(super) use srgb::linear_from_srgb;
+pub use wrap::Wrap;
+use wrap::wrapped;
 
 /// An image file's bytes, and how coordinates fall on it.
 #[derive(Debug, Clone)]
@@ -36,6 +35,8 @@ pub struct Texture {
     pub wrap: [Wrap; 2],
     /// Whether v = 0 is the bottom row (OBJ) rather than the top row (glTF).
     pub v_up: bool,
+    /// Whether an image without alpha is one of opacity, white for opaque (MTL `map_d`).
+    pub opacity: bool,
 }
 
 /// Why an image could not be decoded.
@@ -70,14 +71,20 @@ const FEWEST_POINTS: usize = 4096;
 /// about a second of work.
 const TEXEL_BUDGET: f64 = (1_u64 << 28) as f64;
 
+/// Coordinates beyond this many texels say no place: their fraction is lost to rounding.
+const MOST_TEXELS_AWAY: f64 = (1_u64 << 40) as f64;
+
 impl Texture {
     /// Decodes the image.
     ///
     /// # Errors
-    /// If the bytes are no image, or one that would take more than 1 GiB to decode.
+    /// If the bytes are no image, or a larger one than is read.
     pub fn decode(&self) -> Result<TextureSampler, TextureError> {
-        let Image { width, height, texels } = decode(&self.encoded, &self.name)
+        let Image { width, height, mut texels } = decode(&self.encoded, &self.name)
             .map_err(|problem| TextureError { name: self.name.clone(), problem })?;
+        if self.opacity && texels.iter().all(|t| t[3] == u8::MAX) {
+            texels.iter_mut().for_each(|t| t[3] = t[1]);
+        }
         Ok(TextureSampler { width, height, texels, wrap: self.wrap, v_up: self.v_up })
     }
 }
@@ -136,6 +143,16 @@ impl TextureSampler {
         (sum / weight, sum_alpha / weight)
     }
 
+    /// Alpha alone.
+    pub(super) fn alphas(&self) -> Alphas {
+        Alphas {
+            width: self.width as usize,
+            height: self.height as usize,
+            wrap: self.wrap,
+            values: self.texels.iter().map(|t| f32::from(t[3]) / 255.0).collect(),
+        }
+    }
+
     /// How many texels one of these footprints may visit so that all together stay affordable.
     pub(super) fn texel_share(&self, footprints: impl Iterator<Item = [DVec2; 3]>) -> f64 {
         let (mut total, mut count) = (0.0_f64, 0_u32);
@@ -151,12 +168,11 @@ impl TextureSampler {
     }
 
     /// Position in texels, from the corner of the stored image's first texel.
-    fn texel_from_uv(&self, uv: DVec2) -> DVec2 {
-        if !uv.is_finite() {
-            return DVec2::ZERO;
-        }
+    pub(super) fn texel_from_uv(&self, uv: DVec2) -> DVec2 {
         let v = if self.v_up { 1.0 - uv.y } else { uv.y };
-        DVec2::new(uv.x * f64::from(self.width), v * f64::from(self.height))
+        let at = DVec2::new(uv.x * f64::from(self.width), v * f64::from(self.height));
+        // Not a number fails too.
+        if at.abs().max_element() <= MOST_TEXELS_AWAY && !at.is_nan() { at } else { DVec2::ZERO }
     }
 
     fn bilinear(&self, at: DVec2) -> (Rgb, f64) {
@@ -181,27 +197,6 @@ impl TextureSampler {
     }
 }
 
-fn wrapped(i: i64, n: u32, wrap: Wrap) -> usize {
-    let n = i64::from(n);
-    let i = match wrap {
-        Wrap::Repeat => i.rem_euclid(n),
-        Wrap::Clamp => i.clamp(0, n - 1),
-        Wrap::Mirror => {
-            let i = i.rem_euclid(2 * n);
-            if i < n { i } else { 2 * n - 1 - i }
-        }
-    };
-    i as usize
-}
-
-/// The sRGB transfer function, IEC 61966-2-1, for all 8-bit values.
-static LINEAR_FROM_SRGB: LazyLock<[f64; 256]> = LazyLock::new(|| {
-    std::array::from_fn(|c| {
-        let c = c as f64 / 255.0;
-        if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
-    })
-});
-
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
@@ -221,7 +216,9 @@ pub(super) mod tests {
 
     fn sampler(width: u32, texels: &[[u8; 4]], wrap: Wrap, v_up: bool) -> TextureSampler {
         let encoded = png(width, texels.len() as u32 / width, texels);
-        Texture { name: "t".into(), encoded, wrap: [wrap; 2], v_up }.decode().unwrap()
+        Texture { name: "t".into(), encoded, wrap: [wrap; 2], v_up, opacity: false }
+            .decode()
+            .unwrap()
     }
 
     fn uv(corners: [[f64; 2]; 3]) -> [DVec2; 3] {
@@ -289,6 +286,13 @@ pub(super) mod tests {
             assert!(s.sample(DVec2::new(x, 0.5)).is_finite());
             assert!(s.mean(uv([[x, 0.0], [0.0, x], [1.0, 1.0]])).is_finite());
         }
+        // Finite, until they are multiplied by the texture's size, and with one another.
+        for x in [1e15, 1e100, 1e160, f64::MAX] {
+            for (a, b) in [(x, x), (x, -x), (-x, 1.0)] {
+                let mean = s.mean(uv([[0.0, 0.0], [1.0, a], [b, 1.0]]));
+                assert!(mean.min_element() >= 0.0 && mean.max_element() <= 1.0, "{x}: {mean}");
+            }
+        }
     }
 
     #[test]
@@ -298,6 +302,7 @@ pub(super) mod tests {
             encoded: encoded.into(),
             wrap: [Wrap::Repeat; 2],
             v_up: false,
+            opacity: false,
         };
         let noise = (0..9999_u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 13) as u8).collect();
         assert!(texture(noise).decode().unwrap_err().to_string().contains("t.png"));

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::error::LightError;
 use super::halves::solve_halves;
-use super::memory::check_memory;
+use super::memory::{Mesh, check_memory};
 use super::options::{Adaptive, CLUSTERED_PATCHES, LightOptions};
 use crate::direct::{self, DirectLight, DirectOptions};
 use crate::engines::{AssembleError, Engine, EngineOptions, EngineReport, assemble_lit};
@@ -60,12 +60,14 @@ pub fn light(
     let (finest, patch_size) = subdivide(scene, options)?;
     let finest = uncover(&scene.geometry, finest, &bvh);
     clock.lap("subdivide");
-    let Meshed { patches, factors, lamps, engine } =
+    let Meshed { patches, factors, lamps, engine, foretold } =
         form_factors(scene, finest, patch_size, &bvh, options, progress)?;
     clock.lap("form factors");
     let analytic = matches!(options.engine, EngineOptions::Rays(_)).then_some(options.direct);
     let made = Made { patches, factors, bvh, analytic, patch_size, engine };
-    lit_by(scene, made, &lamps, options, clock, progress)
+    let mut solution = lit_by(scene, made, &lamps, options, clock, progress)?;
+    solution.report.foretold_memory_bytes = Some(foretold);
+    Ok(solution)
 }
 
 /// The finest mesh asked for, and the largest area of a patch to begin with, m².
@@ -75,7 +77,7 @@ fn subdivide(scene: &Scene, options: &LightOptions) -> Result<(Patches, f64), Li
     let patch_size = match (options.patch_size, options.adaptive) {
         (Some(size), _) => size,
         (None, None) if cluster => Patches::clustered_area(geometry, CLUSTERED_PATCHES),
-        (None, None) => Patches::area_adding(geometry, options.default_patches()),
+        (None, None) => Patches::area_adding(geometry, options.default_patches(geometry)),
         // Adaptive subdivision begins with whole source triangles.
         (None, Some(_)) => f64::INFINITY,
     };
@@ -94,6 +96,8 @@ struct Meshed {
     factors: FormFactors,
     lamps: Vec<Rgb>,
     engine: EngineReport,
+    /// Bytes that it was foretold to take.
+    foretold: u64,
 }
 
 /// The form factors of the finest mesh, or of the adaptive one that coarsens it.
@@ -106,14 +110,21 @@ fn form_factors(
     progress: &dyn Progress,
 ) -> Result<Meshed, LightError> {
     let geometry = &scene.geometry;
-    let mut engine = options.engine.engine(geometry, &finest, bvh, options.memory)?;
+    let mut engine = options.engine.engine(geometry, &finest, bvh, options.memory, progress)?;
     let report = options.engine.report(&*engine);
-    check_memory(&mut *engine, &finest, patch_size, options.memory)?;
+    let count = |size| {
+        let options = LightOptions { patch_size: Some(size), ..*options };
+        subdivide(scene, &options).ok().map(|(patches, _)| patches.len())
+    };
+    let count: Option<&dyn Fn(f64) -> Option<usize>> =
+        if options.adaptive.is_none() { Some(&count) } else { None };
+    let mesh = Mesh { patches: &finest, patch_size, count };
+    let foretold = check_memory(&mut *engine, &mesh, options.method, options.memory)?;
     let Some(Adaptive { max_factor, min_area }) = options.adaptive else {
         let lamps = direct::from_lamps(scene, &finest, bvh);
         let factors = rows(scene, &finest, &lamps, &mut *engine, options, progress)?;
         drop(engine);
-        return Ok(Meshed { patches: finest, factors, lamps, engine: report });
+        return Ok(Meshed { patches: finest, factors, lamps, engine: report, foretold });
     };
     let rule = FactorRule { max_factor, min_area, start_area: Some(patch_size), balance: true };
     progress.stage("form factors", 0);
@@ -129,10 +140,11 @@ fn form_factors(
         refined.factors
     } else {
         drop(refined.factors);
-        let mut engine = options.engine.engine(geometry, &patches, bvh, options.memory)?;
+        let mut engine =
+            options.engine.engine(geometry, &patches, bvh, options.memory, progress)?;
         rows(scene, &patches, &lamps, &mut *engine, options, progress)?
     };
-    Ok(Meshed { patches, factors, lamps, engine: report })
+    Ok(Meshed { patches, factors, lamps, engine: report, foretold })
 }
 
 /// Lights a scene by the form factors of patches that are there already.
@@ -220,6 +232,7 @@ fn lit_by(
         error: None,
         energy: Some(EnergyBalance::of(&system, &emission, scene.sky, Some(lamps), &irradiance)),
         stages: clock.stages,
+        foretold_memory_bytes: None,
         peak_memory_bytes: None,
     };
     Ok(Solution { patches, irradiance, usable, halves, report })

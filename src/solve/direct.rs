@@ -12,6 +12,13 @@ const NUMBER: u64 = 8;
 /// Share of the matrix's memory that the elimination needs beside it, at most.
 const BESIDE: f64 = 0.1;
 
+/// Bytes that the solution for that many unknowns takes beside their rows.
+#[must_use]
+pub fn bytes(unknowns: usize) -> u64 {
+    let matrix = NUMBER * unknowns as u64 * unknowns as u64;
+    matrix + (BESIDE * matrix as f64) as u64
+}
+
 /// `(I - F diag(ρ_c)) H_c = D_c` for the patches with a row; the others have `H = D` and move to
 /// the right-hand side. Channels with equal reflectances share one factorisation.
 pub(super) fn solve(
@@ -24,8 +31,7 @@ pub(super) fn solve(
         .filter(|&i| system.factors.has_row(i))
         .collect();
     let n = unknowns.len();
-    let bytes = NUMBER * n as u64 * n as u64;
-    let needed = bytes + (BESIDE * bytes as f64) as u64;
+    let needed = bytes(n);
     let too_large = || SolveError::TooLarge { patches: n, needed, allowed: options.memory };
     if needed > options.memory {
         return Err(too_large());

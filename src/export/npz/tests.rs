@@ -193,6 +193,124 @@ fn what_was_written_reads_back_and_what_is_broken_does_not() {
     assert!(read_npz(&path, 10).unwrap_err().to_string().contains("1 KiB are allowed"));
 }
 
+/// The same archive with one array changed, and its own checksums right.
+fn changed(whole: &[u8], name: &str, change: impl Fn(&mut Vec<u8>)) -> Vec<u8> {
+    let mut zip = zip::ZipWriter::new(io::Cursor::new(Vec::new()));
+    for (member, mut bytes) in members(whole) {
+        if member == format!("{name}.npy") {
+            change(&mut bytes);
+        }
+        zip.start_file(member, SimpleFileOptions::default()).unwrap();
+        zip.write_all(&bytes).unwrap();
+    }
+    zip.finish().unwrap().into_inner()
+}
+
+#[test]
+fn arrays_that_were_changed_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("F.npz");
+    let whole = written(&small(Precision::Single), Index::Int32, false);
+    let read = |bytes: &[u8]| {
+        std::fs::write(&path, bytes).unwrap();
+        read_npz(&path, 1 << 30)
+    };
+    read(&changed(&whole, "data", |_| ())).unwrap();
+    let refused = |name: &str, change: &dyn Fn(&mut Vec<u8>), expected: &str| {
+        let message = read(&changed(&whole, name, change)).unwrap_err().to_string();
+        assert!(message.contains("F.npz: ") && message.contains(expected), "{name}: {message}");
+    };
+    let last = |number: f64| {
+        move |bytes: &mut Vec<u8>| {
+            let end = bytes.len() - 8;
+            bytes[end..].copy_from_slice(&number.to_le_bytes());
+        }
+    };
+    let scaled = |bytes: &mut Vec<u8>| {
+        for b in bytes[128..].as_chunks_mut::<4>().0 {
+            *b = (f32::from_le_bytes(*b) * 1.5).to_le_bytes();
+        }
+    };
+    refused("data", &scaled, "checksum");
+    let unnamed = |bytes: &mut Vec<u8>| {
+        let at = bytes.windows(8).position(|w| w == b"checksum").unwrap();
+        bytes[at] = b'C';
+    };
+    refused(ORIGIN, &unnamed, "older version, without a checksum; make it again");
+    refused("data", &|bytes| bytes[128..].reverse(), "data.npy");
+    refused("shape", &last(f64::from_bits(4)), "shape.npy");
+    for name in ["area", "environment", "back"] {
+        refused(name, &last(f64::NAN), &format!("{name}.npy"));
+        refused(name, &last(-0.5), &format!("{name}.npy"));
+        refused(name, &last(0.125 + f64::EPSILON), "checksum");
+        refused(name, &|bytes| bytes.truncate(bytes.len() - 8), &format!("{name}.npy is cut off"));
+        refused(name, &|bytes| bytes.extend([0; 8]), "is longer than it says");
+    }
+}
+
+#[test]
+fn what_arrays_claim_to_hold_is_counted_before_any_is_inflated() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("F.npz");
+    let whole = written(&small(Precision::Single), Index::Int32, false);
+    let read = |bytes: &[u8], memory: u64| {
+        std::fs::write(&path, bytes).unwrap();
+        read_npz(&path, memory).unwrap_err().to_string()
+    };
+    let claim = |bytes: &mut Vec<u8>, shape: &str| {
+        *bytes = [header("<i8", shape), vec![0; 1 << 20]].concat();
+    };
+    // Zeros inflate a thousandfold: nobody may wait for them.
+    let bomb = changed(&whole, "indptr", |bytes| claim(bytes, "(131072,)"));
+    assert!(read(&bomb, 1 << 16).contains("indptr.npy holds 131072 numbers, not 4"));
+    let bomb = changed(&whole, "indices", |bytes| claim(bytes, "(131072,)"));
+    assert!(read(&bomb, 1 << 16).contains("64 KiB are allowed"));
+    let rows = [1 << 31_u64; 2].map(u64::to_le_bytes).concat();
+    let bomb = changed(&whole, "shape", |bytes| *bytes = [&header("<i8", "(2,)"), &*rows].concat());
+    assert!(read(&bomb, 1 << 29).contains("512 MiB are allowed"));
+    let text = [header("|S99999999", "()"), vec![b' '; 99_999_999]].concat();
+    let bomb = changed(&whole, "hemicube", |bytes| *bytes = text.clone());
+    assert!(read(&bomb, 1 << 30).contains("was not written by hemicube"));
+}
+
+/// A file without room for more than so many bytes.
+struct Full(io::Cursor<Vec<u8>>, usize);
+
+impl Write for Full {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        if self.0.get_ref().len().saturating_add(bytes.len()) > self.1 {
+            return Err(io::ErrorKind::StorageFull.into());
+        }
+        self.0.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+impl Seek for Full {
+    fn seek(&mut self, to: io::SeekFrom) -> io::Result<u64> {
+        self.0.seek(to)
+    }
+}
+
+#[test]
+fn a_full_disk_is_one_error_wherever_it_comes() {
+    let matrix = small(Precision::Double);
+    let surfaces = matrix.surfaces(&Geometry::default());
+    let write = |room: usize| {
+        let mut file = Full(io::Cursor::default(), room);
+        let origin = Origin::default();
+        let written = write_as(&mut file, &matrix, &surfaces, &origin, Index::Int32, &Silent);
+        written.map(|()| file.0.get_ref().len())
+    };
+    let size = write(usize::MAX).unwrap();
+    for room in (0..size).step_by(7) {
+        assert_eq!(write(room).unwrap_err().kind(), io::ErrorKind::StorageFull, "{room}");
+    }
+}
+
 #[test]
 fn dense_and_text_formats() {
     let matrix = small(Precision::Single);

@@ -4,6 +4,7 @@ use gltf::json::accessor::{ComponentType, Type};
 use gltf::json::validation::Checked;
 
 use super::document::Document;
+use crate::scene::Rgb;
 use crate::scene::source::{EXPORT_AGAIN, ImportError, Place};
 
 /// A run of equal elements in a buffer view.
@@ -14,6 +15,9 @@ struct Layout {
     components: usize,
     normalized: bool,
 }
+
+/// Most elements of a sparse accessor without a buffer view, unless buffers have more bytes.
+const MOST_ZEROS: usize = 1 << 16;
 
 impl Document<'_> {
     /// All components of an accessor one after the other; integers that the file declares as
@@ -41,7 +45,15 @@ impl Document<'_> {
         self.source.check_size(layout.count, "elements", || place(index))?;
         let mut values = match accessor.buffer_view {
             Some(view) => self.strided(index, view.value(), &layout)?,
-            None if accessor.sparse.is_some() => vec![0.0; layout.count * layout.components],
+            None if accessor.sparse.is_some() => {
+                // A file of a few bytes could ask for gigabytes of zeros.
+                let bytes: usize = self.buffers.iter().flatten().map(|b| b.len()).sum();
+                if layout.count > bytes.max(MOST_ZEROS) {
+                    let problem = "elements are zeros that no buffer holds";
+                    return Err(fail(format!("nearly all of its {} {problem}", layout.count)));
+                }
+                vec![0.0; layout.count * layout.components]
+            }
             None => return Err(fail("has no data".into())),
         };
         if let Some(sparse) = &accessor.sparse {
@@ -69,6 +81,17 @@ impl Document<'_> {
             }
         }
         Ok(values)
+    }
+
+    /// Colours of vertices, in linear light; alpha is passed over.
+    pub fn colours(&self, index: usize) -> Result<Vec<Rgb>, ImportError> {
+        let found = self.root.accessors.get(index).map(|a| a.type_);
+        let kind = match found {
+            Some(Checked::Valid(Type::Vec4)) => Type::Vec4,
+            _ => Type::Vec3,
+        };
+        let values = self.components(index, kind)?;
+        Ok(values.chunks_exact(kind.multiplicity()).map(|c| Rgb::new(c[0], c[1], c[2])).collect())
     }
 
     /// Vertex indices.

@@ -57,6 +57,23 @@ fn broken_documents_are_errors_with_a_place() {
         &replace(r#"{"mesh":0}"#, r#"{"mesh":0,"scale":[1e38,1e38,1e38],"children":[]}"#),
         "exceeds",
     );
+    broken(
+        &|d| {
+            d.nodes = r#"{"mesh":0,"children":[1]},{"translation":[1e38,0,0],
+                "extensions":{"KHR_lights_punctual":{"light":0}}}"#
+                .into();
+            d.rest = r#","extensions":{"KHR_lights_punctual":{"lights":[{"name":"far",
+                "type":"point","intensity":1}]}}"#
+                .into();
+        },
+        "light far: a coordinate exceeds 1e15 metres",
+    );
+    let long = Doc::triangle().json(Some(&"é".repeat(9999)));
+    let message = load_as("m.gltf", long.as_bytes()).unwrap_err().to_string();
+    assert!(message.contains("is missing") && message.len() < 500, "{message}");
+    let zeros = r#"{"componentType":5126,"count":33554432,"type":"VEC3","sparse":{"count":1,
+        "indices":{"bufferView":0,"componentType":5121},"values":{"bufferView":0}}}"#;
+    broken(&|d| d.accessors[0] = zeros.into(), "33554432 elements are zeros that no buffer");
     broken(&|d| d.buffer[..4].copy_from_slice(&f32::NAN.to_le_bytes()), "vertex 0 is not finite");
     broken(
         &|d| {
@@ -118,8 +135,16 @@ fn missing_files_and_remote_ones_are_errors() {
     assert!(message("data:;base64,!!").contains("not base64"));
 }
 
+#[test]
+fn json_of_another_shape_is_an_error() {
+    for text in ["0", "[]", "[0]", "null", "true", r#""glTF""#, "{}", r#"{"scenes":0,"meshes":1}"#]
+    {
+        assert!(load_as("m.gltf", text.as_bytes()).is_err(), "{text}");
+    }
+}
+
 fn reads_without_panic(name: &str, bytes: &[u8]) {
-    let source = Source { path: Path::new(name), bytes };
+    let source = Source::new(Path::new(name), bytes);
     let mut builder = crate::scene::SceneBuilder::new("noise");
     if super::read(&source, &mut builder).is_ok() {
         let _ = crate::scene::inspect(&builder.finish());

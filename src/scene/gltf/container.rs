@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use gltf::json;
+use serde_json::Value;
 
 use super::document::{Bytes, Document};
 use super::uri;
@@ -13,9 +14,12 @@ use crate::scene::source::{EXPORT_AGAIN, ImportError, Place, Source};
 pub fn open<'a>(source: &'a Source<'a>) -> Result<Document<'a>, ImportError> {
     let (text, chunk) = split(source)?;
     let text = text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text);
-    let root: json::Root = json::deserialize::from_slice(text).map_err(|error| {
-        source.malformed(Place::Element("JSON".into()), error.to_string(), remedy_for(text))
-    })?;
+    let root: json::Root = match json::deserialize::from_slice(text) {
+        Ok(root) => root,
+        Err(error) => read_loosely(source, text)?.ok_or_else(|| {
+            source.malformed(Place::Element("JSON".into()), error.to_string(), remedy_for(text))
+        })?,
+    };
     if !root.asset.version.starts_with("2.") {
         return Err(source.malformed(
             Place::Element("asset".into()),
@@ -25,6 +29,27 @@ pub fn open<'a>(source: &'a Source<'a>) -> Result<Document<'a>, ImportError> {
     }
     let buffers = buffers(source, &root, chunk)?;
     Ok(Document { source, root, buffers })
+}
+
+/// What to do about a file of the first version.
+const CONVERT: &str = "convert it, for example by `npx gltf-pipeline -i old.gltf -o new.gltf`";
+
+/// Reads what the schema refuses and is sound: a scene without nodes. Names the first version of
+/// glTF, which is written otherwise.
+fn read_loosely(source: &Source<'_>, text: &[u8]) -> Result<Option<json::Root>, ImportError> {
+    let Ok(mut value) = serde_json::from_slice::<Value>(text) else { return Ok(None) };
+    let version = value.pointer("/asset/version").and_then(Value::as_str);
+    // Its lists are maps.
+    if version.is_some_and(|v| v.starts_with("1.")) || value["meshes"].is_object() {
+        let place = Place::Element("asset".into());
+        return Err(source.malformed(place, "is glTF 1.0, not 2.0", CONVERT));
+    }
+    for scene in value.get_mut("scenes").and_then(Value::as_array_mut).into_iter().flatten() {
+        if let Some(scene) = scene.as_object_mut() {
+            scene.entry("nodes").or_insert_with(|| Value::Array(Vec::new()));
+        }
+    }
+    Ok(serde_json::from_value(value).ok())
 }
 
 fn remedy_for(text: &[u8]) -> &'static str {
@@ -53,7 +78,10 @@ fn split<'a>(source: &Source<'a>) -> Result<(&'a [u8], Option<&'a [u8]>), Import
         return Err(broken("GLB header", format!("the file ends after {} bytes", bytes.len())));
     };
     if version != 2 {
-        return Err(broken("GLB header", format!("is GLB version {version}, not 2")));
+        let place = Place::Element("GLB header".into());
+        let problem = format!("is GLB version {version}, not 2");
+        let remedy = if version == 1 { CONVERT } else { "export the model as glTF 2.0" };
+        return Err(source.malformed(place, problem, remedy));
     }
     if length > bytes.len() {
         return Err(broken(
@@ -75,8 +103,10 @@ fn split<'a>(source: &Source<'a>) -> Result<(&'a [u8], Option<&'a [u8]>), Import
             b"BIN\0" => binary = binary.or(Some(data)),
             _ => {}
         }
-        // Chunks are padded to four bytes; some writers forget to count the padding.
-        at = end.next_multiple_of(4);
+        // Chunks are padded to four bytes; some writers forget to count the padding, and some to
+        // write it.
+        let known = |at: usize| matches!(bytes.get(at + 4..at + 8), Some(b"JSON" | b"BIN\0"));
+        at = if known(end) { end } else { end.next_multiple_of(4) };
     }
     match json {
         Some(json) => Ok((json, binary)),

@@ -13,7 +13,7 @@ use super::document::{Document, label};
 use super::uri;
 use crate::scene::builder::SceneBuilder;
 use crate::scene::geometry::Sides;
-use crate::scene::optics::{ASSUMED_TEXTURE, Material};
+use crate::scene::optics::{ASSUMED_TEXTURE, MOST_RADIANCE, Material};
 use crate::scene::source::{EXPORT_AGAIN, ImportError};
 use crate::scene::texture::{Texture, Wrap};
 use crate::scene::{Rgb, Severity};
@@ -112,13 +112,26 @@ impl Materials {
             emits_both: given.double_sided,
             ..Material::default()
         };
+        if let Some(glossy) = glossy
+            && material.reflectance == Rgb::ZERO
+            && base_map.is_none()
+        {
+            material.reflectance = Rgb::from(glossy.specular_factor.0.map(f64::from));
+            builder.finding(
+                Severity::Note,
+                place.clone(),
+                "has no diffuse colour; its specular colour counts as diffuse reflectance",
+                "give it a diffuse colour of the same mean reflectance if that matters",
+            );
+        }
         for (value, what) in
             [(material.reflectance, "base colour"), (material.radiance, "emission")]
         {
-            if !value.is_finite() || value.min_element() < 0.0 {
+            let valid = value.min_element() >= 0.0 && value.max_element() <= MOST_RADIANCE;
+            if !valid || value.is_nan() {
                 return Err(document.malformed(
                     place,
-                    format!("its {what} is negative or not finite"),
+                    format!("its {what} is negative or exceeds {MOST_RADIANCE:e}"),
                     "correct the material and export the model again",
                 ));
             }
@@ -225,7 +238,7 @@ impl Materials {
                 let encoded = encoded.clone();
                 let sampler = texture.sampler.and_then(|s| document.root.samplers.get(s.value()));
                 let wrap = sampler.map_or([Wrap::Repeat; 2], |s| [s.wrap_s, s.wrap_t].map(wrap));
-                Some(builder.texture(Texture { name, encoded, wrap, v_up: false }))
+                Some(builder.texture(Texture { name, encoded, wrap, v_up: false, opacity: false }))
             }
             Err(problem) => {
                 builder.finding(

@@ -9,10 +9,10 @@ use gltf::json::validation::Checked;
 
 use super::document::{Document, label};
 use super::material::Materials;
-use crate::scene::Severity;
 use crate::scene::builder::SceneBuilder;
 use crate::scene::geometry::Surface;
 use crate::scene::source::{EXPORT_AGAIN, ImportError, Place};
+use crate::scene::{Rgb, Severity};
 
 /// What has been placed so far.
 #[derive(Default)]
@@ -119,6 +119,10 @@ fn add_primitive(
     if uvs.as_ref().is_some_and(|uvs| uvs.len() / 2 != count) {
         return Err(fail("has more or fewer texture coordinates than vertices".into()));
     }
+    let colours = match attribute(Semantic::Colors(0)) {
+        Some(accessor) => document.colours(accessor)?,
+        None => Vec::new(),
+    };
     if placed.named.insert((instance.mesh, number)) {
         let untextured = material.uv_set.is_some() && uvs.is_none();
         name_doubts(primitive, untextured, &place(), builder);
@@ -155,6 +159,10 @@ fn add_primitive(
             material.index,
             material.sides,
         );
+        if !colours.is_empty() {
+            let of = |&i: &u32| colours.get(i as usize).copied().unwrap_or(Rgb::ONE);
+            builder.tint(triangle.iter().map(of).sum::<Rgb>() / 3.0);
+        }
     }
     Ok(())
 }
@@ -166,14 +174,6 @@ fn name_doubts(primitive: &Primitive, untextured: bool, place: &str, builder: &m
             place,
             "its material has a texture, but it has no texture coordinates; one texel is taken",
             "unwrap the mesh, or remove the texture",
-        );
-    }
-    if primitive.attributes.contains_key(&Checked::Valid(Semantic::Colors(0))) {
-        builder.finding(
-            Severity::Note,
-            place,
-            "its vertex colours are ignored",
-            "bake them into a texture or a base colour",
         );
     }
     if primitive.targets.as_ref().is_some_and(|t| !t.is_empty()) {

@@ -11,6 +11,7 @@ use super::document::{Document, label};
 use super::material::Materials;
 use super::mesh::{self, Instance, Placed};
 use crate::scene::builder::SceneBuilder;
+use crate::scene::optics::MOST_RADIANCE;
 use crate::scene::source::{EXPORT_AGAIN, ImportError};
 use crate::scene::{Camera, Finding, Lamp, Rgb, Setting, Severity};
 
@@ -211,10 +212,11 @@ fn add_lamp(
             return Ok(());
         }
     };
-    if !strength.is_finite() || strength.min_element() < 0.0 {
+    let valid = strength.min_element() >= 0.0 && strength.max_element() <= MOST_RADIANCE;
+    if !valid || strength.is_nan() {
         return Err(document.malformed(
             label("light", index, light.name.as_deref()),
-            "its colour or intensity is negative or not finite",
+            format!("its colour or intensity is negative or exceeds {MOST_RADIANCE:e}"),
             "correct the light and export the model again",
         ));
     }

@@ -318,3 +318,52 @@ fn every_node_with_a_mesh_is_an_object() {
     assert_eq!(names(GroupBy::Object), ["wheel", "wheel (node 2)", "m"]);
     assert_eq!(names(GroupBy::Surface), ["wheel", "m"]);
 }
+
+#[test]
+fn colours_of_vertices_multiply_the_base_colour() {
+    let mut doc = Doc::triangle();
+    let bytes = [255, 0, 0, 255, 0, 255, 0, 255, 0, 0, 0, 0];
+    doc.accessor(&bytes, 5121, 3, "VEC4");
+    doc.accessors[1] = doc.accessors[1].replace(r#""count""#, r#""normalized":true,"count""#);
+    doc.primitive = r#"{"attributes":{"POSITION":0,"COLOR_0":1}}"#.into();
+    let rho = doc.scene().optics.reflectance[0];
+    assert!((rho - Rgb::new(1.0, 1.0, 0.0) / 3.0).length() < 1e-9, "{rho}");
+    let mut doc = Doc::triangle();
+    doc.floats(&[0.5; 9], "VEC3");
+    doc.primitive = r#"{"attributes":{"POSITION":0,"COLOR_0":1}}"#.into();
+    assert_eq!(doc.scene().optics.reflectance[0], Rgb::splat(0.5));
+}
+
+#[test]
+fn the_first_version_is_named_with_a_way_to_convert_it() {
+    let first = r#"{"asset":{"version":"1.0"},"meshes":{"m":{}},"nodes":{}}"#;
+    let message = load_as("m.gltf", first.as_bytes()).unwrap_err().to_string();
+    assert!(message.contains("is glTF 1.0, not 2.0") && message.contains("gltf-pipeline"));
+    let mut first = Doc::triangle().glb();
+    first[4] = 1;
+    let message = load_as("m.glb", &first).unwrap_err().to_string();
+    assert!(message.contains("GLB version 1") && message.contains("gltf-pipeline"), "{message}");
+}
+
+#[test]
+fn a_scene_without_nodes_has_no_triangles() {
+    let text = r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"name":"empty"}]}"#;
+    let message = load_as("m.gltf", text.as_bytes()).unwrap_err().to_string();
+    assert!(message.contains("has no triangles"), "{message}");
+}
+
+#[test]
+fn chunks_without_padding_are_read() {
+    let doc = Doc::triangle();
+    let json = doc.json(None).into_bytes();
+    let json = [&json[..], &b" ".repeat(5 - json.len() % 4)].concat();
+    assert_eq!(json.len() % 4, 1);
+    let words = |words: &[usize]| -> Vec<u8> {
+        words.iter().flat_map(|&w| (w as u32).to_le_bytes()).collect()
+    };
+    let length = 12 + 8 + json.len() + 8 + doc.buffer.len();
+    let head = [b"glTF", &*words(&[2, length, json.len()]), b"JSON"].concat();
+    let tail = [&*words(&[doc.buffer.len()]), b"BIN\0", &doc.buffer].concat();
+    let glb = [head, json, tail].concat();
+    assert_eq!(load_as("m.glb", &glb).unwrap().geometry.len(), 1);
+}

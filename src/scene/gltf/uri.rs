@@ -1,12 +1,13 @@
 //! References of a glTF file: data in place, or a file beside it.
 
-use std::fs;
 use std::sync::Arc;
 
 use base64::Engine;
 use base64::alphabet::STANDARD;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
 
+use crate::scene::files::read_regular;
+use crate::scene::lines::shortened;
 use crate::scene::source::Source;
 
 /// Exporters disagree about padding.
@@ -31,15 +32,17 @@ pub fn read(source: &Source<'_>, uri: &str) -> Result<Arc<[u8]>, String> {
         };
     }
     if uri.contains("://") {
-        return Err(format!("{uri} is not a file"));
+        return Err(format!("{} is not a file", shortened(uri)));
     }
     let decoded = percent_decoded(uri);
     let name = String::from_utf8_lossy(&decoded);
     // Some exporters do not encode, and a name may contain a percent sign.
     let Some(path) = source.beside(&name).or_else(|| source.beside(uri)) else {
-        return Err(format!("the file {name} is missing"));
+        return Err(format!("the file {} is missing", shortened(&name)));
     };
-    fs::read(&path).map(Into::into).map_err(|e| format!("{} cannot be read ({e})", path.display()))
+    read_regular(&path)
+        .map(Into::into)
+        .map_err(|e| format!("{} cannot be read ({e})", path.display()))
 }
 
 fn percent_decoded(text: &str) -> Vec<u8> {

@@ -1,7 +1,7 @@
 use super::*;
 
 fn parsed(text: &str) -> Result<Photometry, ImportError> {
-    parse(&Source { path: Path::new("lamp.ies"), bytes: text.as_bytes() })
+    parse(&Source::new(Path::new("lamp.ies"), text.as_bytes()))
 }
 
 /// A file of 1 lamp of 1000 lm, whose numbers from the multiplier on are given.
@@ -26,7 +26,7 @@ fn separators_ends_of_lines_and_encodings_vary() {
     assert_eq!(parsed(&text).unwrap(), parsed(&file(PLAIN)).unwrap());
     let mut bytes = b"\xef\xbb\xbfiesna:lm-63-2002\n[MANUFAC] Fr\xe8res\nTilt = None\n".to_vec();
     bytes.extend(format!("1 1000 {PLAIN}").bytes());
-    let latin = parse(&Source { path: Path::new("lamp.ies"), bytes: &bytes }).unwrap();
+    let latin = parse(&Source::new(Path::new("lamp.ies"), &bytes)).unwrap();
     assert_eq!(latin, parsed(&file(PLAIN)).unwrap());
 }
 
@@ -84,20 +84,22 @@ fn tilt_is_passed_over_only_if_it_changes_nothing() {
 fn what_is_wrong_is_said_with_its_line_and_a_remedy() {
     let header = parsed("LUMINAIRE 7\n").unwrap_err().to_string();
     assert!(header.starts_with("lamp.ies: line 1: begins with 'LUMINAIRE 7'"), "{header}");
-    assert!(header.contains("IESNA91, IESNA:LM-63-1995"), "{header}");
+    assert!(header.contains("IESNA91, IESNA95, IESNA:LM-63-1995"), "{header}");
     assert!(parsed("").unwrap_err().to_string().contains("line 1: begins with ''"));
     for (numbers, expected) in [
         ("0 3 1 1 2", "line 5: the candela multiplier is '0'; it must be a positive number"),
         ("1 2.5 1 1 2", "line 5: the number of vertical angles is '2.5'"),
         ("1 3 -1 1 2", "line 5: the number of horizontal angles is '-1'"),
-        ("1 3 1 2 2", "line 5: is photometry of type B; only type C is read"),
-        ("1 3 1 3 2", "photometry of type A"),
+        ("1 1 1 3 2 0 0 0 1 1 9\n10", "line 6: vertical angles go from 10 to 10"),
+        ("1 2 1 2 2 0 0 0 1 1 9\n10 90\n0", "line 6: vertical angles go from 10 to 90"),
         ("1 3 1 4 2", "the photometric type is '4'; it must be 1 (type C), 2 (B) or 3 (A)"),
         ("1 3 1 1 3", "the unit is '3'; it must be 1 (feet) or 2 (metres)"),
         ("1 3 1 1 2 0 wide", "the opening's length is 'wide'; it must be a number"),
         ("1 3 1 1 2 0 0 0 0", "the ballast factor is '0'"),
         ("1 3 1 1 2 0 0 0 1 1 9\n0 90 45", "line 6: vertical angle 3 of 3 is '45'"),
         ("1 3 1 1 2 0 0 0 1 1 9\n0 40 85", "line 6: vertical angles go from 0 to 85"),
+        ("1 3 1 1 2 0 0 0 1 1 9\n0 1e-308 180", "line 6: vertical angle 2 of 3 is '1e-308'"),
+        ("1 3 1 1 2 0 0 0 1 1 9\n0 90 1e300", "line 6: vertical angle 3 of 3 is '1e300'"),
         ("1 1 1 1 2 0 0 0 1 1 9\n90", "vertical angles go from 90 to 90"),
         ("1 2 2 1 2 0 0 0 1 1 9\n0 90\n0 45", "line 7: horizontal angles go from 0 to 45"),
         ("1 2 1 1 2 0 0 0 1 1 9\n0 90\n0\n5 -2", "the intensity at 0, 90 degrees is '-2'"),
@@ -113,6 +115,78 @@ fn what_is_wrong_is_said_with_its_line_and_a_remedy() {
     assert!(dark.contains("the lumens per lamp is '-2'"), "{dark}");
     let gone = read(Path::new("no-such.ies")).unwrap_err().to_string();
     assert!(gone.contains("no-such.ies: cannot be read"), "{gone}");
+}
+
+#[test]
+fn floodlights_are_turned_into_type_c() {
+    use std::f64::consts::PI;
+    let angles: Vec<f64> = (-18..=18).map(|k| 5.0 * f64::from(k)).collect();
+    let words =
+        |numbers: &[f64]| -> String { numbers.iter().map(|x| format!("{x:.6} ")).collect() };
+    let of = |i: &dyn Fn(f64, f64) -> f64| {
+        let candela: Vec<f64> =
+            angles.iter().flat_map(|&h| angles.iter().map(move |&v| i(h, v))).collect();
+        let tables = [words(&angles), words(&angles), words(&candela)].join("\n");
+        parsed(&file(&format!("1 37 37 2 2 0 0 0 1 1 50\n{tables}"))).unwrap()
+    };
+    // Linear in both angles: right is C0 and up is C90.
+    let p = of(&|h, v| 1000.0 + h + 2.0 * v);
+    let at = [(0.0, 1040.0), (90.0, 1080.0), (180.0, 960.0), (270.0, 920.0)];
+    for (c, expected) in at {
+        assert!((p.intensity(c, 40.0) - expected).abs() < 0.1, "{c}: {}", p.intensity(c, 40.0));
+    }
+    assert_eq!(p.intensity(0.0, 91.0), 0.0);
+    // H = 30 and V = 50: cos γ = cos H cos V.
+    let (h, v) = (30_f64.to_radians(), 50_f64.to_radians());
+    let gamma = (h.cos() * v.cos()).acos().to_degrees();
+    let c = (h.cos() * v.sin()).atan2(h.sin()).to_degrees();
+    assert!((p.intensity(c, gamma) - 1130.0).abs() < 2.0, "{}", p.intensity(c, gamma));
+    // A diffuse one sends out π times its intensity.
+    let p = of(&|h, v| 1000.0 * h.to_radians().cos() * v.to_radians().cos());
+    assert!((p.flux() / (1000.0 * PI) - 1.0).abs() < 0.005, "{}", p.flux());
+    // Symmetric about both axes, and dark beyond what was measured.
+    let p = parsed(&file("1 2 2 2 2 0 0 0 1 1 50\n0 20\n0 30\n9 5 9 5")).unwrap();
+    for c in [0.0, 180.0] {
+        assert!((p.intensity(c, 20.0) - 9.0).abs() < 1e-9);
+    }
+    assert!((p.intensity(90.0, 10.0) - p.intensity(270.0, 10.0)).abs() < 1e-9);
+    assert_eq!((p.intensity(0.0, 40.0), p.intensity(90.0, 30.0)), (0.0, 0.0));
+}
+
+#[test]
+fn headlights_are_turned_into_type_c() {
+    // Level ahead in C0, V upwards, H to the right: clockwise from above.
+    let tables = "-10 0 20\n-30 0 60\n1 2 3 4 5 6 7 8 9";
+    let p = parsed(&file(&format!("1 3 3 3 2 0 0 0 1 1 50\n{tables}"))).unwrap();
+    let towards = [(0.0, 90.0, 5.0), (0.0, 110.0, 6.0), (30.0, 90.0, 2.0), (-60.0, 80.0, 7.0)];
+    let between = [(15.0, 90.0, 3.5), (330.0, 90.0, 6.5), (0.0, 100.0, 5.5)];
+    let dark = [(32.0, 90.0, 0.0), (180.0, 90.0, 0.0), (-61.0, 90.0, 0.0), (0.0, 79.0, 0.0)];
+    for (c, gamma, expected) in [&towards[..], &between, &dark].concat() {
+        let found = p.intensity(c, gamma);
+        assert!((found - expected).abs() < 1e-9, "C {c}, γ {gamma}: {found}");
+    }
+    // Nothing measured straight ahead, and angles that stand for both sides.
+    let p = parsed(&file("1 2 2 3 2 0 0 0 1 1 50\n0 20\n-30 10\n4 0 8 0")).unwrap();
+    for (c, gamma, expected) in [(0.0, 90.0, 7.0), (0.0, 100.0, 3.5), (0.0, 80.0, 3.5)] {
+        assert!((p.intensity(c, gamma) - expected).abs() < 1e-9);
+    }
+    let p = parsed(&file("1 2 2 3 2 0 0 0 1 1 50\n0 20\n0 30\n9 5 9 5")).unwrap();
+    assert!((p.intensity(20.0, 70.0) - 5.0).abs() < 1e-9 && p.intensity(-20.0, 110.0) > 4.9);
+    // One that shines alike over half of all directions.
+    let alike = "1 3 3 3 2 0 0 0 1 1 50\n-90 0 90\n-90 0 90\n1 1 1 1 1 1 1 1 1";
+    let p = parsed(&file(alike)).unwrap();
+    assert!((p.flux() / (2.0 * std::f64::consts::PI) - 1.0).abs() < 1e-3, "{}", p.flux());
+}
+
+#[test]
+fn early_editions_are_read() {
+    let later = parsed(&file(PLAIN)).unwrap();
+    let with = |header: &str| parsed(&file(PLAIN).replace("IESNA:LM-63-2002\n", header)).unwrap();
+    assert_eq!(with("IESNA95\n"), later);
+    // The edition of 1986 has no header, and a ballast-lamp factor, here of 1.
+    assert_eq!(with("LUMINAIRE 7\nMADE BY X\n"), later);
+    assert_eq!(parsed(&format!("TILT=NONE\n1 1000 {PLAIN}")).unwrap(), later);
+    assert!(parsed("IESNA:LM-63-2077\nTILT=NONE\n1").is_err());
 }
 
 #[test]

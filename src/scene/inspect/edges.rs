@@ -1,6 +1,7 @@
 //! Edges of the model after welding equal positions.
 
 use std::collections::HashMap;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -49,6 +50,9 @@ const COORDINATE_NOISE: f64 = 2e-7;
 
 /// Boundary edges that are searched for T-vertices: a model with more is hardly connected at all.
 const MOST_SEARCHED: usize = 400_000;
+
+/// Edges tried for each vertex; only stars and combs of long edges have more that are near.
+const MOST_TRIED: usize = 256;
 
 impl Edges {
     /// Finds the doubtful edges of the solid triangles.
@@ -101,18 +105,23 @@ impl Edges {
             .flat_map(|e| [(e.from, e.triangle), (e.to, e.triangle)])
             .filter(|(at, _)| seen.insert(position_key(*at), ()).is_none())
             .collect();
+        let unfinished = AtomicBool::new(false);
         let on_an_edge = |at: DVec3| {
-            let mut found = false;
+            let (mut found, mut tried) = (false, 0);
             grid.meet(0, &Bounds::of([at.to_array()]), |i| {
                 let e = &boundary[i as usize];
+                tried += 1;
                 found = lies_within(at, e, tolerance(e));
-                !found
+                !found && tried < MOST_TRIED
             });
+            if tried == MOST_TRIED && !found {
+                unfinished.store(true, Ordering::Relaxed);
+            }
             found
         };
         let found: Vec<_> = vertices.into_par_iter().filter(|(at, _)| on_an_edge(*at)).collect();
         let &(at, first) = found.first()?;
-        let partial = boundary.len() < self.boundary.len();
+        let partial = boundary.len() < self.boundary.len() || unfinished.into_inner();
         Some(TVertices { count: found.len(), partial, first, at })
     }
 }

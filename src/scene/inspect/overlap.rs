@@ -7,7 +7,8 @@ use rayon::prelude::*;
 
 use super::grid::{Bounds, Grid};
 use crate::scene::geometry::{Geometry, Side, TriangleId};
-use crate::scene::hash::{Mixed, mix};
+use crate::scene::hash::Mixed;
+use crate::scene::planes::plane_key;
 
 /// What was found.
 pub struct Overlaps {
@@ -18,13 +19,6 @@ pub struct Overlaps {
     /// The first of them, and what it lies on.
     pub first: (TriangleId, TriangleId),
 }
-
-/// Planes whose normals differ by less than this are the same: a hundred times the noise of
-/// `f32` coordinates.
-const SAME_NORMAL: f64 = 1e-4;
-
-/// Planes whose offsets differ by less than this fraction of the model are the same.
-const SAME_OFFSET: f64 = 1e-6;
 
 /// Overlaps shallower than this fraction of the triangle are touching edges.
 const SHALLOW: f64 = 1e-5;
@@ -52,10 +46,7 @@ pub fn find(g: &Geometry) -> Option<Overlaps> {
         .map(|&id| {
             let corners = g.corners(id).map(|p| p - centre);
             let normal = g.normal(id, Side::Front);
-            let axis = upright(normal);
-            let offset = (axis.dot(corners[0]) / (SAME_OFFSET * extent)).round();
-            let [x, y, z] = axis.to_array().map(|x| (x / SAME_NORMAL).round());
-            let plane = mix([x, y, z, offset].map(|q| q as i64 as u64));
+            let plane = plane_key(normal, corners[0], extent);
             let corners = corners.map(|p| dropped(p, normal));
             Flat { id, plane, normal, corners }
         })
@@ -94,12 +85,6 @@ pub fn find(g: &Geometry) -> Option<Overlaps> {
     let &(a, b, _) = found.first()?;
     let opposite = found.iter().filter(|f| f.2).count();
     Some(Overlaps { count: found.len(), opposite, first: (a, b) })
-}
-
-/// The normal or its opposite, alike for both sides of a plane.
-fn upright(n: DVec3) -> DVec3 {
-    let first = n.to_array().into_iter().find(|x| x.abs() > SAME_NORMAL).unwrap_or(1.0);
-    n * first.signum()
 }
 
 /// A point without the coordinate along which the plane is seen best.

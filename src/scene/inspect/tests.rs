@@ -148,3 +148,17 @@ fn a_fine_flat_grid_overlaps_only_what_lies_under_it() {
 fn coordinates_keep_six_digits() {
     assert_eq!(coordinate(DVec3::new(1.0 / 3.0, -12_345.678_9, 0.0)), "(0.333333, -12345.7, 0)");
 }
+
+#[test]
+fn a_star_of_long_edges_takes_little_time() {
+    let n = 40_000;
+    let at = |i: i32| {
+        let (sin, cos) = (std::f64::consts::TAU * f64::from(i) / f64::from(n)).sin_cos();
+        [cos, sin, 0.0]
+    };
+    let triangles: Vec<_> = (0..n).map(|i| [[0.0; 3], at(2 * i), at(2 * i + 1)]).collect();
+    let start = std::time::Instant::now();
+    said(&triangles);
+    // Trying all edges for all vertices takes a minute.
+    assert!(start.elapsed().as_secs() < 20);
+}

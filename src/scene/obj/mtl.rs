@@ -6,6 +6,7 @@ use glam::DVec2;
 
 use crate::scene::Rgb;
 use crate::scene::lines::{Statement, number, statements};
+use crate::scene::optics::MOST_RADIANCE;
 use crate::scene::source::{ImportError, Place, Source};
 
 /// A material of a library, as far as it is given.
@@ -13,12 +14,13 @@ use crate::scene::source::{ImportError, Place, Source};
 pub struct MtlMaterial {
     pub kd: Option<Rgb>,
     pub ke: Option<Rgb>,
+    pub ks: Option<Rgb>,
+    pub illum: Option<f64>,
     pub d: Option<f64>,
     pub tr: Option<f64>,
     pub map_kd: Option<Map>,
     pub map_ke: Option<Map>,
-    /// Whether it has an opacity map.
-    pub map_d: bool,
+    pub map_d: Option<Map>,
 }
 
 /// A texture map.
@@ -50,23 +52,36 @@ impl MtlMaterial {
     pub fn alpha(&self) -> f64 {
         self.d.or(self.tr.map(|tr| 1.0 - tr)).unwrap_or(1.0)
     }
+
+    /// Whether it is a mirror or glass (models of illumination from 3 on trace rays).
+    pub fn is_specular(&self) -> bool {
+        self.illum.is_some_and(|illum| illum >= 3.0)
+    }
 }
 
-/// Adds the materials of a library.
+/// Adds the materials of a library. Yields whether all of them say `Tr 1` and nothing better: such
+/// exporters mean opaque.
 pub fn parse(
     source: &Source<'_>,
     library: &mut HashMap<String, MtlMaterial>,
-) -> Result<(), ImportError> {
+) -> Result<bool, ImportError> {
+    let mut own: HashMap<String, MtlMaterial> = HashMap::new();
     let mut name: Option<String> = None;
     statements(source.bytes, |s| {
         if s.keyword == "newmtl" {
-            library.insert(s.rest.into(), MtlMaterial::default());
+            own.insert(s.rest.into(), MtlMaterial::default());
             name = Some(s.rest.into());
-        } else if let Some(material) = name.as_ref().and_then(|n| library.get_mut(n)) {
+        } else if let Some(material) = name.as_ref().and_then(|n| own.get_mut(n)) {
             property(source, &s, material)?;
         }
         Ok(())
-    })
+    })?;
+    let inverse = !own.is_empty() && own.values().all(|m| m.d.is_none() && m.tr == Some(1.0));
+    if inverse {
+        own.values_mut().for_each(|m| m.tr = None);
+    }
+    library.extend(own);
+    Ok(inverse)
 }
 
 fn property(
@@ -77,6 +92,8 @@ fn property(
     match s.keyword.to_ascii_lowercase().as_str() {
         "kd" => material.kd = Some(colour(source, s)?),
         "ke" => material.ke = Some(colour(source, s)?),
+        "ks" => material.ks = colour(source, s).ok(),
+        "illum" => material.illum = s.words().next().and_then(|word| word.parse().ok()),
         "d" => {
             let word = s.words().find(|w| *w != "-halo").unwrap_or_default();
             material.d = Some(number(source, s.line, word)?);
@@ -84,7 +101,7 @@ fn property(
         "tr" => material.tr = Some(number(source, s.line, s.words().next().unwrap_or_default())?),
         "map_kd" => material.map_kd = map(s.rest),
         "map_ke" => material.map_ke = map(s.rest),
-        "map_d" => material.map_d = true,
+        "map_d" => material.map_d = map(s.rest),
         _ => {}
     }
     Ok(())
@@ -109,6 +126,9 @@ fn colour(source: &Source<'_>, s: &Statement<'_>) -> Result<Rgb, ImportError> {
     };
     if rgb.min_element() < 0.0 {
         return Err(fail(format!("`{}` is negative", s.keyword)));
+    }
+    if rgb.max_element() > MOST_RADIANCE {
+        return Err(fail(format!("`{}` exceeds {MOST_RADIANCE:e}", s.keyword)));
     }
     Ok(rgb)
 }

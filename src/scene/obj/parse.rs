@@ -6,6 +6,7 @@ use std::ops::Range;
 use glam::{DVec2, DVec3};
 
 use super::labels::{Block, labels};
+use crate::scene::Rgb;
 use crate::scene::lines::{Statement, number, shortened, statements, vector};
 use crate::scene::source::{ImportError, Place, Source};
 
@@ -13,6 +14,8 @@ use crate::scene::source::{ImportError, Place, Source};
 #[derive(Default)]
 pub struct Obj {
     pub positions: Vec<DVec3>,
+    /// Of positions, as far as any has one; in the file's scale.
+    pub colours: Vec<Option<Rgb>>,
     pub uvs: Vec<DVec2>,
     pub corners: Vec<Corner>,
     pub faces: Vec<Face>,
@@ -75,8 +78,7 @@ pub fn parse(source: &Source<'_>) -> Result<Obj, ImportError> {
 impl State {
     fn take(&mut self, source: &Source<'_>, s: &Statement<'_>) -> Result<(), ImportError> {
         match s.keyword {
-            // A weight or a colour may follow.
-            "v" => self.obj.positions.push(vector(source, s)?),
+            "v" => self.vertex(source, s)?,
             "vt" => self.texture_coordinate(source, s)?,
             "f" | "fo" => self.face(source, s)?,
             "o" => self.open_block(s.line, s.rest.into(), String::new()),
@@ -88,6 +90,19 @@ impl State {
             "mtllib" => self.obj.libraries.push((s.line, s.rest.into())),
             "p" | "l" | "curv" | "curv2" | "surf" => self.left_out(s.line),
             _ => {}
+        }
+        Ok(())
+    }
+
+    /// A position, which a weight or a colour may follow.
+    fn vertex(&mut self, source: &Source<'_>, s: &Statement<'_>) -> Result<(), ImportError> {
+        self.obj.positions.push(vector(source, s)?);
+        let mut rest = s.words().skip(3).map(|word| word.parse::<f64>().ok());
+        if let (Some(Some(r)), Some(Some(g)), Some(Some(b))) =
+            (rest.next(), rest.next(), rest.next())
+        {
+            self.obj.colours.resize(self.obj.positions.len() - 1, None);
+            self.obj.colours.push(Some(Rgb::new(r, g, b)));
         }
         Ok(())
     }

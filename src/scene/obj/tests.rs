@@ -2,6 +2,8 @@ use std::path::Path;
 
 use proptest::prelude::*;
 
+use std::fs;
+
 use super::*;
 use crate::scene::import::{ImportOptions, load};
 use crate::scene::texture::tests::png;
@@ -144,7 +146,90 @@ fn materials_reflect_emit_and_let_through() {
             TriangleState::Duplicate
         ]
     );
-    assert!(s.findings.iter().any(|f| f.place == "material glass" && f.message.contains("light")));
+    let left_out = s.findings.iter().find(|f| f.message.contains("light")).unwrap();
+    assert_eq!(left_out.place, "material glass, material film");
+}
+
+/// States and reflectances of one triangle a material of a library.
+fn with_library(mtl: &[u8], names: &[&str]) -> Scene {
+    let mut text = String::from("mtllib m.mtl\n");
+    for (i, name) in names.iter().enumerate() {
+        text += &format!("v {i} 0 0\nv {i} 1 0\nv {i} 0 1\nusemtl {name}\nf -3 -2 -1\n");
+    }
+    load_files(&[("m.obj", text.as_bytes()), ("m.mtl", mtl)]).unwrap()
+}
+
+#[test]
+fn tr_counts_as_its_exporter_means_it() {
+    let (solid, clear) = (TriangleState::Solid, TriangleState::Transparent);
+    let states = |mtl: &str| with_library(mtl.as_bytes(), &["a", "b"]).geometry.state;
+    let of = |a: &str, b: &str| states(&format!("newmtl a\nKd 1\n{a}\nnewmtl b\nKd 1\n{b}\n"));
+    assert_eq!(of("d 1\nTr 1.000000", "d 1\nTr 1"), [solid, solid]);
+    assert_eq!(of("Tr 1.000000", "Tr 1"), [solid, solid], "the exporter's opaque");
+    assert_eq!(of("Tr 1", "Tr 0"), [clear, solid]);
+    assert_eq!(of("Tr 1", ""), [clear, solid]);
+    let scene = with_library(b"newmtl a\nKd 1\nTr 1\n", &["a"]);
+    assert!(scene.findings.iter().any(|f| f.message
+        == "all materials of m.mtl say Tr 1, taken as \
+                                                          opaque"));
+    let scene = with_library(b"newmtl a\nKd 1\nd .1\nnewmtl b\nKd 1\n", &["a", "b"]);
+    let left_out = scene.findings.iter().find(|f| f.place == "material a").unwrap();
+    assert!(left_out.remedy.contains("d of MTL"), "{left_out:?}");
+}
+
+#[test]
+fn mirrors_and_glass_are_not_black() {
+    let mtl = b"newmtl a\nKd 0 0 0\nKs .8 .7 .6\nillum 3\nnewmtl b\nKd 0 0 0\nKs .5 .5 .5\n\
+        newmtl c\nKd .2 .2 .2\nKs .3 .3 .3\nillum 5\nnewmtl d\nKd .2 .2 .2\nKs 1 1 1\nillum 2\n";
+    let scene = with_library(mtl, &["a", "b", "c", "d"]);
+    let expected = [Rgb::new(0.8, 0.7, 0.6), Rgb::splat(0.5), Rgb::splat(0.5), Rgb::splat(0.2)];
+    for (found, expected) in scene.optics.reflectance.iter().zip(expected) {
+        assert!((*found - expected).length() < 1e-9, "{found} {expected}");
+    }
+    let said = scene.findings.iter().filter(|f| f.message.contains("(Ks)"));
+    let places: Vec<&str> = said.map(|f| f.place.as_str()).collect();
+    assert_eq!(places, ["material a, material b, material c"], "said once");
+}
+
+#[test]
+fn equal_findings_are_one() {
+    let mtl: String = (0..9).map(|i| format!("newmtl m{i}\nmap_Kd gone.png\n")).collect();
+    let names: Vec<String> = (0..9).map(|i| format!("m{i}")).collect();
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let scene = with_library(mtl.as_bytes(), &names);
+    let said: Vec<_> = scene.findings.iter().filter(|f| f.message.contains("gone.png")).collect();
+    assert_eq!(said.len(), 1);
+    assert_eq!(said[0].place, "material m0, material m1, material m2, material m3 and 5 more");
+}
+
+#[test]
+fn utf_16_is_read_and_names_are_never_empty() {
+    let text = format!("mtllib m.mtl\n{TRIANGLE}usemtl é\nf 1 2 3\nusemtl\nf 1 3 2\n");
+    let little: Vec<u8> =
+        "\u{feff}".encode_utf16().chain(text.encode_utf16()).flat_map(u16::to_le_bytes).collect();
+    let mtl = "\u{feff}newmtl é\nKd .2 .3 .4\n";
+    let big: Vec<u8> = mtl.encode_utf16().flat_map(u16::to_be_bytes).collect();
+    let s = load_files(&[("m.obj", &little), ("m.mtl", &big)]).unwrap();
+    assert_eq!(s.optics.reflectance[0], Rgb::new(0.2, 0.3, 0.4));
+    let names: Vec<&str> = s.optics.materials.iter().map(|m| m.name.as_str()).collect();
+    assert_eq!(names, ["é", "(none)"]);
+}
+
+#[test]
+fn colours_of_vertices_multiply_the_reflectance() {
+    let corners =
+        |a: &str, b: &str, c: &str| format!("v 0 0 0 {a}\nv 1 0 0 {b}\nv 0 1 0 {c}\nf 1 2 3\n");
+    let rho = |text: &str| obj(text).unwrap().optics.reflectance[0];
+    let mean = rho(&corners("1 0 0", "0 1 0", "0 0 0"));
+    assert!((mean - Rgb::new(1.0, 1.0, 0.0) / 3.0).length() < 1e-9, "{mean}");
+    let bytes = rho(&corners("188 188 188", "188 188 188", "188 188 188"));
+    assert!((bytes - Rgb::splat(0.502_886)).length() < 1e-5, "sRGB of 0 to 255: {bytes}");
+    // A weight is no colour.
+    assert_eq!(rho(&corners("1", "1", "1")), Rgb::splat(0.5));
+    let text = format!("mtllib m.mtl\nusemtl a\n{}", corners("1 0 0", "1 0 0", "1 0 0"));
+    let files: [(&str, &[u8]); 2] =
+        [("m.obj", text.as_bytes()), ("m.mtl", b"newmtl a\nKd .4 .4 .4\n")];
+    assert_eq!(load_files(&files).unwrap().optics.reflectance[0], Rgb::new(0.4, 0.0, 0.0));
 }
 
 #[test]
@@ -196,6 +281,29 @@ fn textures_multiply_over_the_footprint_with_v_upwards() {
 }
 
 #[test]
+fn an_opacity_map_cuts_faces_out() {
+    // White above and black below, as grey and as alpha.
+    let grey = |v: u8| [[v, v, v, 255]; 32];
+    let alpha = |a: u8| [[9, 200, 9, a]; 32];
+    let mtl = b"newmtl a\nmap_Kd m.png\nmap_d m.png\nnewmtl b\nmap_d gone.png\n";
+    let text = format!(
+        "mtllib m.mtl\n{TRIANGLE}vt 0 .05\nvt 1 .05\nvt 0 .95\nusemtl a\nf 1/1 2/2 3/3\n\
+         usemtl b\nf 1 3 2\n"
+    );
+    for texels in [[grey(255), grey(0)].concat(), [alpha(255), alpha(0)].concat()] {
+        let image = png(8, 8, &texels);
+        let files: [(&str, &[u8]); 3] =
+            [("m.obj", text.as_bytes()), ("m.mtl", mtl), ("m.png", &image)];
+        let s = load_files(&files).unwrap();
+        let g = &s.geometry;
+        let area = |face: u32| g.ids().filter(|&t| g.face(t) == face).map(|t| g.area(t)).sum();
+        let (cut, whole): (f64, f64) = (area(0), area(1));
+        assert!((cut / whole - 0.25).abs() < 1e-6, "{cut} of {whole}");
+        assert!(s.findings.iter().any(|f| f.message.contains("opacity map gone.png is missing")));
+    }
+}
+
+#[test]
 fn errors_name_the_line() {
     assert!(message("v 0 0 0\nv 0 nan 0\n").contains("line 2: `nan` is not a finite number"));
     assert!(message("v 0 0\n").contains("line 1: `v` needs three numbers"));
@@ -212,6 +320,12 @@ fn errors_name_the_line() {
     let error = load_files(&[("m.obj", text.as_bytes()), ("m.mtl", b"newmtl a\n\nKd 1 x 1\n")]);
     let error = error.unwrap_err().to_string();
     assert!(error.contains("m.mtl: line 3: `x`"), "{error}");
+    for line in ["Ke 1e308 0 0", "Kd 1e300"] {
+        let mtl = format!("newmtl a\n{line}\n");
+        let error = load_files(&[("m.obj", text.as_bytes()), ("m.mtl", mtl.as_bytes())]);
+        let error = error.unwrap_err().to_string();
+        assert!(error.contains("m.mtl: line 2: `K") && error.contains("exceeds 1e30"), "{error}");
+    }
 }
 
 #[test]
@@ -221,10 +335,10 @@ fn forward_references_are_allowed() {
 
 fn reads_without_panic(bytes: &[u8]) {
     let mut builder = SceneBuilder::new("noise");
-    if read(&Source { path: Path::new("m.obj"), bytes }, &mut builder).is_ok() {
+    if read(&Source::new(Path::new("m.obj"), bytes), &mut builder).is_ok() {
         let _ = crate::scene::inspect(&builder.finish());
     }
-    let _ = mtl::parse(&Source { path: Path::new("m.mtl"), bytes }, &mut HashMap::new());
+    let _ = mtl::parse(&Source::new(Path::new("m.mtl"), bytes), &mut HashMap::new());
 }
 
 proptest! {

@@ -5,7 +5,7 @@ use std::fs;
 use glam::DVec3;
 use proptest::prelude::*;
 
-use crate::scene::{ImportOptions, Scene, load};
+use crate::scene::{ImportOptions, Rgb, Scene, Side, load};
 
 const HEADER: &str = "element vertex 4
 property float x
@@ -123,13 +123,13 @@ fn wrong_numbers_are_refused_by_place() {
     refused(text.replace("4 0 1 2 3", "4 0 1 2 4"), &["line 21", "vertex 4", "has 4"]);
     refused(text.replace("4 0 1 2 3", "4 0 1 2 -1"), &["line 21", "vertex -1"]);
     refused(text.replace("4 0 1 2 3", "-4 0 1 2 3"), &["line 21", "length"]);
+    refused(text.replace("4 0 1 2 3", "4 0 1 2 1e300"), &["line 21", "vertex 1e300 does"]);
     refused(text.replace("format ascii", "format morse"), &["line 2", "morse"]);
     refused(
         text.replace("property float x", "property float w"),
         &["element vertex", "property x"],
     );
     refused(text.replace("vertex_indices", "corners"), &["element face", "vertex_indices"]);
-    refused(text.replace("element face", "element tristrips"), &["tristrips", "faces"]);
 
     let [_, little, big] = files();
     for (mut bytes, index) in [(little, 9_i32.to_le_bytes()), (big, 9_i32.to_be_bytes())] {
@@ -137,6 +137,41 @@ fn wrong_numbers_are_refused_by_place() {
         bytes[last..].copy_from_slice(&index);
         refused(&bytes, &["face 1", "vertex 9"]);
     }
+}
+
+#[test]
+fn colours_of_vertices_are_reflectance() {
+    let vertices = |kind: &str, white: &str| {
+        let p = |c| format!("property {kind} {c}\n");
+        let header = format!(
+            "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\
+             property float z\n{}{}{}element face 1\nproperty list uchar int vertex_indices\n\
+             end_header\n",
+            p("red"),
+            p("green"),
+            p("blue")
+        );
+        format!("{header}0 0 0 {white} 0 0\n1 0 0 0 {white} 0\n0 1 0 0 0 0\n3 0 1 2\n")
+    };
+    for (kind, white) in [("uchar", "255"), ("float", "1"), ("ushort", "65535")] {
+        let scene = read(vertices(kind, white)).unwrap();
+        let rho = scene.optics.reflectance[0];
+        assert!((rho - Rgb::new(1.0, 1.0, 0.0) / 3.0).length() < 1e-9, "{kind}: {rho}");
+        assert!(scene.findings.iter().any(|f| f.message.contains("the colours of vertices")));
+    }
+}
+
+#[test]
+fn strips_are_triangles_that_face_one_way() {
+    let text = "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\n\
+        property float z\nelement tristrips 1\nproperty list int int vertex_indices\n\
+        end_header\n0 0 0\n0 1 0\n1 0 0\n1 1 0\n2 0 0\n9 0 1 2 3 4 -1 0 1 2\n";
+    let scene = read(text).unwrap();
+    let g = &scene.geometry;
+    assert_eq!(g.triangles, [[0, 1, 2], [2, 1, 3], [2, 3, 4], [0, 1, 2]]);
+    let normals: Vec<f64> = g.ids().take(3).map(|t| g.normal(t, Side::Front).z).collect();
+    assert_eq!(normals, [-1.0; 3]);
+    refused(text.replace("4 -1 0", "4 -2 0"), &["vertex -2"]);
 }
 
 proptest! {

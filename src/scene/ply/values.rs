@@ -1,7 +1,7 @@
 //! The numbers of a PLY file, one after the other.
 
 use super::header::{Element, Form, Header, Kind};
-use crate::scene::lines::shortened;
+use crate::scene::lines::{shortened, shown};
 use crate::scene::source::{EXPORT_AGAIN, ImportError, Place, Source};
 
 /// Reads numbers and knows where it stands.
@@ -70,7 +70,7 @@ impl<'a> Values<'a> {
     pub fn count(&mut self, kind: Kind) -> Result<u64, ImportError> {
         let count = self.number(kind)?;
         if count < 0.0 || count.fract() != 0.0 {
-            return Err(self.wrong(format!("{count} is not the length of a list")));
+            return Err(self.wrong(format!("{} is not the length of a list", shown(count))));
         }
         Ok(count as u64)
     }

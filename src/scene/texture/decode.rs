@@ -7,18 +7,13 @@ use zune_jpeg::zune_core::{
     bytestream::ZCursor, colorspace::ColorSpace as JpegSpace, options::DecoderOptions,
 };
 
-/// Longest side of an image in texels, and most bytes that decoding may take: a file of a few
-/// kilobytes can claim to hold gigabytes.
-const MAX_SIDE: u32 = 32_768;
-const MAX_BYTES: usize = 1 << 30;
+use super::shrink::{Image, Shrink};
 
-/// A decoded image.
-pub(super) struct Image {
-    pub width: u32,
-    pub height: u32,
-    /// sRGB and straight alpha, row by row from the top.
-    pub texels: Vec<[u8; 4]>,
-}
+/// Longest side of an image, its most texels, and most bytes that it may take at once while it is
+/// decoded: a file of a few kilobytes can claim to hold gigabytes.
+const MAX_SIDE: u32 = 32_768;
+const MAX_TEXELS: u64 = 1 << 28;
+const MAX_BYTES: usize = 1 << 29;
 
 /// Decodes a file called `name`, or says why not.
 pub(super) fn decode(encoded: &[u8], name: &str) -> Result<Image, String> {
@@ -41,14 +36,28 @@ fn from_png(encoded: &[u8]) -> Result<Image, String> {
     // To 8 or 16 bits a channel, without palette.
     decoder.set_transformations(png::Transformations::EXPAND);
     let mut reader = decoder.read_info().map_err(text)?;
-    let mut samples = samples(reader.output_buffer_size())?;
-    reader.next_frame(&mut samples).map_err(text)?;
     let (colour, depth) = reader.output_color_type();
-    if depth == png::BitDepth::Sixteen {
-        let rounded = |s: &[u8; 2]| ((u32::from(u16::from_be_bytes(*s)) + 128) / 257) as u8;
-        samples = samples.as_chunks().0.iter().map(rounded).collect();
+    let mut shrink = Shrink::new(width, height, colour.samples());
+    let mut take = |row: &[u8]| match depth {
+        png::BitDepth::Sixteen => shrink.take(&rounded(row)),
+        _ => shrink.take(row),
+    };
+    if reader.info().interlaced {
+        let mut samples = samples(reader.output_buffer_size())?;
+        let frame = reader.next_frame(&mut samples).map_err(text)?;
+        samples.chunks_exact(frame.line_size).for_each(take);
+    } else {
+        while let Some(row) = reader.next_row().map_err(text)? {
+            take(row.data());
+        }
     }
-    Ok(Image { width, height, texels: texels(&samples, colour.samples()) })
+    Ok(shrink.finish())
+}
+
+/// Samples of 16 bits as ones of 8.
+fn rounded(samples: &[u8]) -> Vec<u8> {
+    let rounded = |s: &[u8; 2]| ((u32::from(u16::from_be_bytes(*s)) + 128) / 257) as u8;
+    samples.as_chunks().0.iter().map(rounded).collect()
 }
 
 fn from_jpeg(encoded: &[u8]) -> Result<Image, String> {
@@ -67,12 +76,12 @@ fn from_jpeg(encoded: &[u8]) -> Result<Image, String> {
     decoder.set_options(options.jpeg_set_out_colorspace(space));
     let mut samples = samples(decoder.output_buffer_size())?;
     decoder.decode_into(&mut samples).map_err(text)?;
-    Ok(Image { width, height, texels: texels(&samples, space.num_components()) })
+    Ok(shrunk(width, height, space.num_components(), &samples))
 }
 
 #[cfg(feature = "textures")]
 fn from_other(encoded: &[u8], name: &str) -> Result<Image, String> {
-    use image::{ImageFormat, ImageReader, Limits};
+    use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 
     let mut reader =
         ImageReader::new(Cursor::new(encoded)).with_guessed_format().map_err(|e| e.to_string())?;
@@ -82,14 +91,19 @@ fn from_other(encoded: &[u8], name: &str) -> Result<Image, String> {
     {
         reader.set_format(format);
     }
+    let text = |e: image::ImageError| e.to_string();
     let mut limits = Limits::default();
-    limits.max_image_width = Some(MAX_SIDE);
-    limits.max_image_height = Some(MAX_SIDE);
     limits.max_alloc = Some(MAX_BYTES as u64);
-    reader.limits(limits);
-    let image = reader.decode().map_err(|e| e.to_string())?.into_rgba8();
-    let (width, height) = image.dimensions();
-    Ok(Image { width, height, texels: image.as_raw().as_chunks().0.to_vec() })
+    reader.limits(limits.clone());
+    let mut decoder = reader.into_decoder().map_err(text)?;
+    let (width, height) = decoder.dimensions();
+    check_sides(width, height)?;
+    // What the file holds, and a copy of it in 8 bits.
+    let bytes = decoder.total_bytes().max(4 * u64::from(width) * u64::from(height));
+    check_bytes(usize::try_from(bytes).ok())?;
+    decoder.set_limits(limits).map_err(text)?;
+    let image = DynamicImage::from_decoder(decoder).map_err(text)?.into_rgba8();
+    Ok(shrunk(width, height, 4, image.as_raw()))
 }
 
 #[cfg(not(feature = "textures"))]
@@ -103,30 +117,28 @@ fn check_sides(width: u32, height: u32) -> Result<(), String> {
     if width.max(height) > MAX_SIDE {
         return Err(format!("{width} x {height} pixels; a side has at most {MAX_SIDE}"));
     }
-    if size_of::<[u8; 4]>() as u64 * u64::from(width) * u64::from(height) > MAX_BYTES as u64 {
-        return Err(format!("{width} x {height} pixels take more than {MAX_BYTES} bytes"));
+    if u64::from(width) * u64::from(height) > MAX_TEXELS {
+        return Err(format!("{width} x {height} pixels are more than {MAX_TEXELS}"));
     }
     Ok(())
 }
 
-/// Room for samples of that many bytes.
-fn samples(bytes: Option<usize>) -> Result<Vec<u8>, String> {
-    match bytes {
-        Some(bytes) if bytes <= MAX_BYTES => Ok(vec![0; bytes]),
-        _ => Err(format!("it takes more than {MAX_BYTES} bytes to decode")),
-    }
+fn check_bytes(bytes: Option<usize>) -> Result<usize, String> {
+    let fits = bytes.filter(|&bytes| bytes <= MAX_BYTES);
+    fits.ok_or_else(|| format!("it takes more than {} MiB to decode", MAX_BYTES >> 20))
 }
 
-/// Texels of 8-bit samples: grey, grey and alpha, RGB, or RGB and alpha.
-fn texels(samples: &[u8], channels: usize) -> Vec<[u8; 4]> {
-    let texel = |s: &[u8]| match *s {
-        [grey] => [grey, grey, grey, u8::MAX],
-        [grey, alpha] => [grey, grey, grey, alpha],
-        [r, g, b] => [r, g, b, u8::MAX],
-        [r, g, b, alpha, ..] => [r, g, b, alpha],
-        [] => [0; 4],
-    };
-    samples.chunks_exact(channels).map(texel).collect()
+/// Room for samples of that many bytes.
+fn samples(bytes: Option<usize>) -> Result<Vec<u8>, String> {
+    Ok(vec![0; check_bytes(bytes)?])
+}
+
+/// What is kept of an image of that many samples a texel.
+fn shrunk(width: u32, height: u32, channels: usize, samples: &[u8]) -> Image {
+    let mut shrink = Shrink::new(width, height, channels);
+    let rows = samples.chunks_exact((width as usize * channels).max(1));
+    rows.take(height as usize).for_each(|row| shrink.take(row));
+    shrink.finish()
 }
 
 #[cfg(test)]
@@ -161,6 +173,18 @@ mod tests {
             texels_of(Grayscale, Sixteen, &[1, 128, 1, 130]),
             [[1, 1, 1, 255], [2, 2, 2, 255]]
         );
+    }
+
+    #[test]
+    fn more_texels_than_are_read_are_refused_by_the_header() {
+        let claims = |width: u32, height: u32| {
+            let mut file = Vec::new();
+            let encoder = png::Encoder::new(&mut file, width, height);
+            drop(encoder.write_header().unwrap());
+            decode(&file, "t").err().unwrap()
+        };
+        assert!(claims(32_768, 32_768).contains("32768 x 32768 pixels are more than"));
+        assert!(claims(65_536, 1).contains("a side has at most"));
     }
 
     #[test]

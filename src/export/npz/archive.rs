@@ -1,0 +1,163 @@
+//! The arrays of an archive. What one claims to hold is known before any of it is inflated.
+
+use std::fs::File;
+use std::io::{BufReader, Read};
+
+use zip::ZipArchive;
+use zip::read::ZipFile;
+
+/// An archive, and the checksum of what was read of it.
+pub struct Archive {
+    zip: ZipArchive<BufReader<File>>,
+    hash: blake3::Hasher,
+}
+
+/// What the numbers of an array are.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Kind {
+    Int32,
+    Int64,
+    Single,
+    Double,
+    /// Text of that many bytes.
+    Text(usize),
+}
+
+/// An array that is about to be read.
+pub struct Array<'a> {
+    name: String,
+    pub kind: Kind,
+    /// How many numbers it claims to hold.
+    pub count: u64,
+    file: ZipFile<'a, BufReader<File>>,
+    hash: &'a mut blake3::Hasher,
+}
+
+impl Archive {
+    pub fn new(zip: ZipArchive<BufReader<File>>) -> Self {
+        Self { zip, hash: blake3::Hasher::new() }
+    }
+
+    /// The checksum of all arrays that were read since the last one was asked for.
+    pub fn checksum(&mut self) -> String {
+        let sum = self.hash.finalize().to_hex().to_string();
+        self.hash.reset();
+        sum
+    }
+
+    /// What an array claims to hold.
+    pub fn open(&mut self, name: &str) -> Result<Array<'_>, String> {
+        let name = format!("{name}.npy");
+        let wrong = |problem: &str| format!("{name} {problem}");
+        let mut file = self.zip.by_name(&name).map_err(|e| format!("{name}: {e}"))?;
+        let mut start = [0; 10];
+        file.read_exact(&mut start).map_err(|_| wrong("is cut off"))?;
+        if start[..8] != *b"\x93NUMPY\x01\x00" {
+            return Err(wrong("is no array of version 1.0"));
+        }
+        let mut text = vec![0; usize::from(u16::from_le_bytes([start[8], start[9]]))];
+        file.read_exact(&mut text).map_err(|_| wrong("is cut off"))?;
+        self.hash.update(&start).update(&text);
+        let text = String::from_utf8_lossy(&text).into_owned();
+        let kind = kind(&text).ok_or_else(|| wrong("holds numbers of a kind that is not read"))?;
+        let count = count(&text).ok_or_else(|| wrong("does not say how many numbers it holds"))?;
+        Ok(Array { kind, count, file, hash: &mut self.hash, name })
+    }
+}
+
+/// What stands behind `key` in the dictionary of an array.
+fn value<'a>(text: &'a str, key: &str) -> Option<&'a str> {
+    Some(text.split_once(&format!("'{key}':"))?.1.trim_start())
+}
+
+fn kind(text: &str) -> Option<Kind> {
+    let name = value(text, "descr")?.strip_prefix('\'')?.split('\'').next()?;
+    match name {
+        "<i4" => Some(Kind::Int32),
+        "<i8" => Some(Kind::Int64),
+        "<f4" => Some(Kind::Single),
+        "<f8" => Some(Kind::Double),
+        _ => name.strip_prefix("|S")?.parse().ok().map(Kind::Text),
+    }
+}
+
+fn count(text: &str) -> Option<u64> {
+    let shape = value(text, "shape")?.strip_prefix('(')?.split(')').next()?;
+    let mut lengths = shape.split(',').map(str::trim).filter(|length| !length.is_empty());
+    lengths.try_fold(1_u64, |all, length| all.checked_mul(length.parse().ok()?))
+}
+
+impl Array<'_> {
+    /// What `each` makes of its numbers; `None` if it makes nothing of one. Memory holds no more
+    /// than the result.
+    pub fn take<T>(
+        mut self,
+        each: impl Fn(Kind, &[u8]) -> Option<T>,
+    ) -> Result<Option<Vec<T>>, String> {
+        /// Bytes read at once: a multiple of those of any number.
+        const CHUNK: u64 = 1 << 18;
+        let name = self.name;
+        let size = self.kind.bytes();
+        let (mut numbers, mut bytes) = (Vec::new(), Vec::new());
+        let room = usize::try_from(self.count).ok();
+        let room = room.and_then(|n| numbers.try_reserve_exact(n).ok());
+        room.ok_or_else(|| format!("{name}: there is no memory for it"))?;
+        let mut left = self.count.saturating_mul(size as u64);
+        while left > 0 {
+            bytes.clear();
+            // A text is one number.
+            let chunk = CHUNK.max(size as u64).min(left);
+            let read = self.file.by_ref().take(chunk).read_to_end(&mut bytes);
+            read.map_err(|e| format!("{name}: {e}"))?;
+            if bytes.len() as u64 != chunk {
+                return Err(format!("{name} is cut off"));
+            }
+            self.hash.update(&bytes);
+            left -= chunk;
+            for number in bytes.chunks_exact(size) {
+                let Some(number) = each(self.kind, number) else { return Ok(None) };
+                numbers.push(number);
+            }
+        }
+        // The end of the file is where its own checksum is compared.
+        match self.file.read(&mut [0]) {
+            Ok(0) => Ok(Some(numbers)),
+            Ok(_) => Err(format!("{name} is longer than it says")),
+            Err(e) => Err(format!("{name}: {e}")),
+        }
+    }
+}
+
+impl Kind {
+    /// Bytes of a number.
+    fn bytes(self) -> usize {
+        match self {
+            Self::Int32 | Self::Single => 4,
+            Self::Int64 | Self::Double => 8,
+            Self::Text(bytes) => bytes.max(1),
+        }
+    }
+}
+
+/// An integer; a negative one becomes too large.
+pub fn integer(kind: Kind, bytes: &[u8]) -> Option<u64> {
+    match kind {
+        Kind::Int32 => bytes.try_into().ok().map(|b| i32::from_le_bytes(b) as u64),
+        Kind::Int64 => bytes.try_into().ok().map(u64::from_le_bytes),
+        Kind::Single | Kind::Double | Kind::Text(_) => None,
+    }
+}
+
+/// A float.
+pub fn float(kind: Kind, bytes: &[u8]) -> Option<f64> {
+    match kind {
+        Kind::Single => bytes.try_into().ok().map(|b| f32::from_le_bytes(b).into()),
+        Kind::Double => bytes.try_into().ok().map(f64::from_le_bytes),
+        Kind::Int32 | Kind::Int64 | Kind::Text(_) => None,
+    }
+}
+
+/// A text.
+pub fn text(kind: Kind, bytes: &[u8]) -> Option<Vec<u8>> {
+    matches!(kind, Kind::Text(_)).then(|| bytes.to_vec())
+}
