@@ -2,17 +2,35 @@
 
 mod factors;
 mod light;
+mod run;
 mod values;
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 
+use clap::error::ErrorKind;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use glam::DVec3;
 
 pub use factors::{FaceSides, Factors, GroupArg, with_group};
 pub use light::{ClusterArg, DeviceArg, DrawChoice, EngineArg, Light, SolverChoice};
 pub use values::{MOST_RADIANCE, size, vector};
-use values::{emission, exposure, photometry, point_rays, reflectance};
+use values::{
+    direction, emission, exposure, lamp, photometry, point_rays, reflectance, sun, threads,
+};
+
+/// Reads the command line; ends the program where it says what is wrong or shows help.
+pub fn read(arguments: &[OsString]) -> Result<Arguments, String> {
+    match Arguments::try_parse_from(arguments) {
+        Ok(arguments) => Ok(arguments),
+        Err(error) if error.kind() == ErrorKind::InvalidUtf8 => {
+            let no_text = arguments.iter().find(|a| a.to_str().is_none());
+            let name = no_text.map_or(String::new(), |a| a.to_string_lossy().into_owned());
+            Err(format!("{name}: is not in UTF-8; rename the file, or write the argument anew"))
+        }
+        Err(error) => error.exit(),
+    }
+}
 
 /// Radiosity: pictures of scenes lit by the exchange of diffuse light.
 #[derive(Debug, Parser)]
@@ -87,7 +105,10 @@ pub struct Paper {
     pub quick: bool,
 
     /// Number of threads [default: one a core]
-    #[arg(short = 'j', long, value_name = "N", default_value_t = 0, hide_default_value = true)]
+    #[arg(
+        short = 'j', long, value_name = "N", default_value_t = 0, hide_default_value = true,
+        value_parser = threads
+    )]
     pub threads: usize,
 }
 
@@ -116,14 +137,15 @@ pub struct Info {
 #[derive(Debug, Args)]
 pub struct Model {
     /// A model (.gltf .glb .obj .stl .ply) or the name of a built-in scene
-    pub scene: String,
+    pub scene: PathBuf,
 
     /// Unit of the model's coordinates
     #[arg(long, value_enum, default_value_t = Unit::M)]
     pub unit: Unit,
 
-    /// What is upwards, in the scene and in the picture, like 0,0,1 [default: 0,1,0]
-    #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
+    /// What is upwards, in the scene and in the picture: y, z or a vector like 0,0,1 [default: y
+    /// in glTF, else as the model stands]
+    #[arg(long, value_name = "y|z|X,Y,Z", value_parser = direction, allow_hyphen_values = true)]
     pub up: Option<DVec3>,
 
     /// Turn every triangle round: for a room exported with its faces outwards
@@ -153,10 +175,24 @@ pub struct Input {
     #[arg(long, value_name = "NAME=R,G,B", value_parser = emission)]
     pub emission: Vec<(String, Emission)>,
 
-    /// Let a point or spot lamp shine as a photometric file says (IES LM-63, type C); may be
-    /// repeated
+    /// Let a point or spot lamp shine as a photometric file says (IES LM-63); may be repeated
     #[arg(long, value_name = "LAMP=FILE", value_parser = photometry)]
     pub ies: Vec<(String, PathBuf)>,
+
+    /// Hang a lamp that sends out that flux (lm or W) alike in all directions, or in the shape of a
+    /// photometric file, whose own flux counts if none is given; may be repeated
+    #[arg(
+        long, value_name = "NAME=X,Y,Z[,FLUX][,FILE]", value_parser = lamp,
+        allow_hyphen_values = true
+    )]
+    pub lamp: Vec<LampArg>,
+
+    /// Let the sun shine from that azimuth (degrees clockwise from north, which is -z, or +y if z
+    /// is up) and elevation (degrees), with that irradiance on what faces it (lx) [default: 100000]
+    #[arg(
+        long, value_name = "AZIMUTH,ELEVATION[,LUX]", value_parser = sun, allow_hyphen_values = true
+    )]
+    pub sun: Option<SunArg>,
 
     /// Uniform radiance of the surroundings
     #[arg(long, value_name = "R,G,B", value_parser = vector)]
@@ -170,6 +206,30 @@ pub enum Emission {
     Radiance(DVec3),
     /// This multiple of the material's own.
     Share(f64),
+}
+
+/// `--lamp`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LampArg {
+    /// Its name.
+    pub name: String,
+    /// Metres.
+    pub position: DVec3,
+    /// lm or W; that of its file if there is none.
+    pub flux: Option<f64>,
+    /// Its photometric file; always there without a flux.
+    pub file: Option<PathBuf>,
+}
+
+/// `--sun`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SunArg {
+    /// Degrees clockwise from north.
+    pub azimuth: f64,
+    /// Degrees above the horizon.
+    pub elevation: f64,
+    /// Irradiance on what faces it.
+    pub irradiance: f64,
 }
 
 /// `--unit`.
@@ -240,6 +300,15 @@ pub struct Render {
     )]
     pub target: Option<DVec3>,
 
+    /// Show the model as an object from outside, or as a room from within [default: by its shape]
+    #[arg(long = "as", value_name = "object|room", value_enum)]
+    pub kind: Option<KindArg>,
+
+    /// Light what has no light: an object in a studio, a room by ceiling lights or by day; on: a
+    /// studio for an object that has light too; off: leave the model alone
+    #[arg(long, value_enum, default_value_t = StageArg::Auto)]
+    pub stage: StageArg,
+
     /// Vertical angle of view in degrees
     #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
     pub vfov: Option<f64>,
@@ -292,6 +361,26 @@ pub struct Probe {
     /// How it is lit.
     #[command(flatten)]
     pub light: Light,
+}
+
+/// `--as`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum KindArg {
+    /// To be looked at from outside
+    Object,
+    /// To be looked at from within
+    Room,
+}
+
+/// `--stage`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum StageArg {
+    /// Where nothing lights the model
+    Auto,
+    /// In any case
+    On,
+    /// Never
+    Off,
 }
 
 /// Brightness of the picture.

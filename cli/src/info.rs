@@ -1,12 +1,13 @@
 //! `hemicube info`: what a model holds, and what is doubtful about it.
 
+use glam::DVec3;
 use hemicube::scene::{Finding, Lamp, Scene, Severity, Sides, TriangleState, inspect};
+use hemicube::units::Area;
 use hemicube::visibility::{covered_triangles, looks_inside_out};
 
 use crate::args::Info;
 use crate::failure::Failure;
 use crate::input;
-use crate::remedy;
 use crate::terminal::print;
 
 /// Runs the command.
@@ -51,6 +52,14 @@ fn covered(scene: &Scene) -> Option<Finding> {
     ))
 }
 
+/// Four places after the point, or as many more as small numbers need.
+fn numbers(v: DVec3, between: &str) -> String {
+    let largest = v.abs().max_element();
+    let small = largest > 0.0 && largest < 0.1;
+    let places = if small { 3 - largest.log10().floor().max(-30.0) as i32 } else { 4 } as usize;
+    v.to_array().map(|x| format!("{:.places$}", x + 0.0)).join(between)
+}
+
 fn describe(scene: &Scene) {
     let g = &scene.geometry;
     print(&scene.name);
@@ -66,14 +75,16 @@ fn describe(scene: &Scene) {
     print(&format!("  two-sided: {two} of {}", g.len()));
     if let Some((low, high)) = g.bounds() {
         let s = high - low;
-        print(&format!("  size:      {:.4} x {:.4} x {:.4} m", s.x, s.y, s.z));
+        print(&format!("  size:      {} m", numbers(s, " x ")));
+        print(&format!("  bounds:    {} to {} m", numbers(low, ","), numbers(high, ",")));
     }
     let area: f64 = g.ids().filter(|&t| g.is_solid(t)).map(|t| g.area(t)).sum();
-    print(&format!("  area:      {area:.4} m²"));
+    print(&format!("  area:      {}", Area(area)));
     print(&format!("  surfaces:  {}", g.surfaces.len()));
     print(&format!("  materials: {}", scene.optics.materials.len()));
-    for (m, material) in scene.optics.materials.iter().enumerate() {
-        let triangles = scene.optics.material_of.iter().filter(|&&i| i as usize == m).count();
+    let mut triangles_of = vec![0_usize; scene.optics.materials.len()];
+    scene.optics.material_of.iter().for_each(|&m| triangles_of[m as usize] += 1);
+    for (material, triangles) in scene.optics.materials.iter().zip(triangles_of) {
         let rho = material.reflectance;
         let mut line = format!(
             "    {:20} {triangles:>8} triangles, reflectance {:.3},{:.3},{:.3}",
@@ -100,10 +111,10 @@ fn describe(scene: &Scene) {
     for camera in &scene.cameras {
         print(&format!("  camera:    {}", camera.name));
     }
-    for severity in [Severity::Warning, Severity::Note] {
-        for f in scene.findings.iter().filter(|f| f.severity == severity) {
-            let label = if severity == Severity::Warning { "warning" } else { "note" };
-            print(&format!("  {label}: {}: {}{}", f.place, f.message, remedy::of_finding(f)));
+    let findings: Vec<&Finding> = scene.findings.iter().collect();
+    for (severity, label) in [(Severity::Warning, "warning"), (Severity::Note, "note")] {
+        for text in input::grouped(&findings, severity) {
+            print(&format!("  {label}: {text}"));
         }
     }
 }

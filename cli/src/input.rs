@@ -1,15 +1,18 @@
 //! The scene of the command line: read, given a camera, and given light.
 
 use std::collections::BTreeSet;
+use std::f64::consts::PI;
 use std::path::Path;
+use std::sync::Arc;
 
 use glam::DVec3;
-use hemicube::render::viewpoint;
 use hemicube::scene::builtin::UnknownBuiltin;
-use hemicube::scene::{Camera, ImportOptions, Lamp, Scene, Severity, SidesChoice, ies, load};
-use hemicube::visibility::{Occluders, Surroundings, solid_angle_fraction};
+use hemicube::scene::inspect::doubtful_unit;
+use hemicube::scene::{
+    Finding, ImportOptions, Lamp, Scene, Severity, SidesChoice, TriangleState, ies, load,
+};
 
-use crate::args::{Emission, Input, MOST_RADIANCE, Model, Render, SidesArg};
+use crate::args::{Emission, Input, LampArg, MOST_RADIANCE, Model, SidesArg, SunArg};
 use crate::failure::Failure;
 use crate::remedy;
 use crate::terminal::say;
@@ -20,13 +23,13 @@ pub fn read_model(
     sides: SidesChoice,
     max_reflectance: f64,
 ) -> Result<Scene, Failure> {
-    let path = Path::new(&model.scene);
+    let path = &model.scene;
     let mut scene = if path.exists() {
         let (unit, up) = (model.unit.metres(), model.up);
         load(path, &ImportOptions { unit, up, max_reflectance, sides })
             .map_err(|e| Failure::Input(format!("{e}{}", remedy::of_import(&e))))?
     } else {
-        Scene::builtin(&model.scene).map_err(no_such_scene)?
+        Scene::builtin(&path.to_string_lossy()).map_err(no_such_scene)?
     };
     scene.choose_sides(sides);
     if model.flip {
@@ -57,10 +60,69 @@ pub fn read(args: &Input) -> Result<Scene, Failure> {
     for (name, emission) in &args.emission {
         set_emission(&mut scene, name, *emission)?;
     }
+    for lamp in &args.lamp {
+        hang(&mut scene, lamp)?;
+    }
+    if let Some(sun) = args.sun {
+        scene.lamps.push(sunlight(&scene, sun));
+    }
     for (lamp, file) in &args.ies {
         set_photometry(&mut scene, lamp, file)?;
     }
     Ok(scene)
+}
+
+/// A flux that differs by more than this share from that of the photometric file is said.
+const FLUX_DOUBT: f64 = 0.05;
+
+/// Hangs a lamp; one with a photometric file sends out the flux asked for, or else the file's own,
+/// spread as the file says.
+fn hang(scene: &mut Scene, lamp: &LampArg) -> Result<(), Failure> {
+    let (mut intensity, mut photometry) = (lamp.flux.unwrap_or(0.0) / (4.0 * PI), None);
+    if let Some(file) = &lamp.file {
+        let read = ies::read(file).map_err(Failure::input)?;
+        if read.flux() <= 0.0 {
+            return Err(Failure::Input(format!("{}: sends out no light", file.display())));
+        }
+        let own = read.flux();
+        intensity = lamp.flux.unwrap_or(own) / own;
+        if (intensity - 1.0).abs() > FLUX_DOUBT {
+            scene.findings.push(Finding::new(
+                Severity::Warning,
+                format!("lamp {}", lamp.name),
+                format!(
+                    "sends out {:.0} lm, as was asked for; its file, {}, says {own:.0} lm",
+                    own * intensity,
+                    file.display()
+                ),
+                "leave the flux out to take that of the file",
+            ));
+        }
+        photometry = Some(Arc::new(read));
+    }
+    scene.lamps.push(Lamp::Point {
+        name: lamp.name.clone(),
+        position: lamp.position,
+        intensity: DVec3::splat(intensity),
+        x_axis: DVec3::X,
+        photometry,
+    });
+    Ok(())
+}
+
+/// The sun at an azimuth clockwise from north, seen from above.
+fn sunlight(scene: &Scene, sun: SunArg) -> Lamp {
+    let up = scene.up.normalize_or(DVec3::Y);
+    let ahead = if up.y.abs() > 0.5 { DVec3::NEG_Z } else { DVec3::Y };
+    let north = ahead.reject_from(up).normalize_or(up.any_orthonormal_vector());
+    let east = north.cross(up);
+    let (sin, cos) = sun.azimuth.to_radians().sin_cos();
+    let (rise, level) = sun.elevation.to_radians().sin_cos();
+    Lamp::Directional {
+        name: "sun".into(),
+        direction: -((north * cos + east * sin) * level + up * rise),
+        irradiance: DVec3::splat(sun.irradiance),
+    }
 }
 
 fn no_such_scene(UnknownBuiltin { name, known }: UnknownBuiltin) -> Failure {
@@ -115,102 +177,59 @@ pub fn material_names(scene: &Scene) -> String {
     used.into_iter().collect::<Vec<_>>().join(", ")
 }
 
-/// The camera asked for, the scene's first, or one that is chosen and said.
-pub fn camera(scene: &Scene, args: &Render) -> Result<Camera, Failure> {
-    let mut camera = if let (Some(eye), Some(target)) = (args.eye, args.target) {
-        Camera {
-            name: String::from("command line"),
-            eye,
-            forward: (target - eye).normalize_or_zero(),
-            up: scene.up,
-            vfov: 40_f64.to_radians(),
-            aspect: None,
-        }
-    } else if let Some(name) = &args.camera {
-        scene.cameras.iter().find(|c| c.name == *name).cloned().ok_or_else(|| {
-            let names: Vec<&str> = scene.cameras.iter().map(|c| c.name.as_str()).collect();
-            Failure::Input(if names.is_empty() {
-                format!("no camera '{name}': the scene has none; give --eye and --target")
-            } else {
-                format!("no camera '{name}'; the scene has {}", names.join(", "))
-            })
-        })?
-    } else if let Some(first) = scene.cameras.first() {
-        first.clone()
+/// Why there is nothing to look at.
+pub fn nothing_to_see(scene: &Scene) -> Failure {
+    let states = scene.geometry.state.iter().zip(&scene.optics.material_of);
+    let clear: BTreeSet<&str> = states
+        .filter(|(state, _)| **state == TriangleState::Transparent)
+        .map(|(_, &m)| scene.optics.materials[m as usize].name.as_str())
+        .collect();
+    let name = &scene.name;
+    Failure::Input(if clear.is_empty() {
+        format!("{name}: no triangle that blocks light, nothing to see")
     } else {
-        chosen(scene, args.light.quiet)?
-    };
-    if args.input.model.up.is_some() {
-        camera.up = scene.up;
-    }
-    if let Some(vfov) = args.vfov {
-        camera.vfov = vfov.to_radians();
-    }
-    Ok(camera)
+        format!(
+            "{name}: no triangle that blocks light, nothing to see; these materials let it \
+             through, give them d 1 (MTL) or an alpha of at least .5: {}",
+            clear.into_iter().collect::<Vec<_>>().join(", ")
+        )
+    })
 }
 
-fn chosen(scene: &Scene, quiet: bool) -> Result<Camera, Failure> {
-    let view = viewpoint(scene).ok_or_else(|| {
-        Failure::Input(format!("{}: no triangle that blocks light, nothing to see", scene.name))
-    })?;
-    if !quiet {
-        say(&format!(
-            "camera: --eye {} --target {} --vfov {:.0} (the model has none; this one is {})",
-            short(view.camera.eye),
-            short(view.target),
-            view.camera.vfov.to_degrees(),
-            if view.inside { "inside" } else { "outside" },
-        ));
-    }
-    Ok(view.camera)
-}
-
-fn short(v: DVec3) -> String {
-    let digits = v.to_array().map(|x| {
-        let text = format!("{x:.3}");
-        text.trim_end_matches('0').trim_end_matches('.').to_owned()
-    });
-    digits.join(",")
-}
-
-/// Says warnings that import left; `info` says all.
+/// Says warnings that import left, and a doubt about the unit; `info` says all.
 pub fn say_findings(scene: &Scene, quiet: bool) {
     if quiet {
         return;
     }
     const SHOWN: usize = 8;
-    let warnings: Vec<_> =
-        scene.findings.iter().filter(|f| f.severity == Severity::Warning).collect();
-    for f in warnings.iter().take(SHOWN) {
-        say(&format!("warning: {}: {}{}", f.place, f.message, remedy::of_finding(f)));
+    let unit = doubtful_unit(&scene.geometry);
+    let findings: Vec<&Finding> = scene.findings.iter().chain(&unit).collect();
+    let warnings = grouped(&findings, Severity::Warning);
+    for text in warnings.iter().take(SHOWN) {
+        say(&format!("warning: {text}"));
     }
     if warnings.len() > SHOWN {
         say(&format!("warning: and {} more; see hemicube info", warnings.len() - SHOWN));
     }
 }
 
-/// Lights a scene that has no light: an open one by a uniform sky. A closed one would stay dark.
-pub fn ensure_light(scene: &mut Scene, camera: &Camera, quiet: bool) -> Result<(), Failure> {
-    let lit = scene.optics.emits() || !scene.lamps.is_empty() || scene.sky != DVec3::ZERO;
-    if lit {
-        return Ok(());
+/// The findings of a severity as lines of text; equal ones at several places are one line.
+pub fn grouped(findings: &[&Finding], severity: Severity) -> Vec<String> {
+    let mut groups: Vec<(&Finding, usize)> = Vec::new();
+    for &f in findings.iter().filter(|f| f.severity == severity) {
+        let same = |g: &&mut (&Finding, usize)| g.0.message == f.message && g.0.remedy == f.remedy;
+        match groups.iter_mut().find(same) {
+            Some(group) => group.1 += 1,
+            None => groups.push((f, 1)),
+        }
     }
-    let up = scene.up.normalize_or(DVec3::Y);
-    let around = Surroundings::of(&Occluders::new(&scene.geometry), camera.eye, up, None);
-    /// Below this share of emptiness around the eye a room is closed; cracks are narrower.
-    const CLOSED: f64 = 1e-3;
-    if solid_angle_fraction(around.glimpses(), |g| g.hit.is_none()) < CLOSED {
-        return Err(Failure::Input(format!(
-            "{}: nothing emits light and the room is closed: it would be dark. Let a material \
-             emit, for example --emission \"{}=10,10,10\"; the materials are {}",
-            scene.name,
-            scene.optics.materials.first().map_or("NAME", |m| &m.name),
-            material_names(scene)
-        )));
-    }
-    scene.sky = DVec3::ONE;
-    if !quiet {
-        say("light: nothing emits; lit by a uniform sky of radiance 1 (--sky 1,1,1)");
-    }
-    Ok(())
+    let line = |(f, count): &(&Finding, usize)| {
+        let others = match count - 1 {
+            0 => String::new(),
+            1 => " and 1 more".to_owned(),
+            n => format!(" and {n} more"),
+        };
+        format!("{}{others}: {}{}", f.place, f.message, remedy::of_finding(f))
+    };
+    groups.iter().map(line).collect()
 }

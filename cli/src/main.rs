@@ -1,40 +1,50 @@
 //! The program `hemicube`: radiosity pictures of 3-D scenes.
 
 mod args;
+mod dark;
+mod doubts;
 mod factors;
 mod failure;
 mod info;
 mod input;
 mod machine;
+mod outputs;
 mod paper;
 mod points;
 mod probe;
 mod remedy;
 mod render;
 mod scenes;
+mod staging;
 mod terminal;
 
 use std::process::ExitCode;
 
-use clap::Parser;
-
 use args::{Arguments, Command};
+use failure::Failure;
 
 fn main() -> ExitCode {
-    let arguments = Arguments::parse_from(args::with_group(std::env::args_os()));
-    let result = match arguments.command {
-        Command::Render(r) => render::run(&r),
-        Command::Probe(p) => probe::run(&p),
-        Command::Factors(f) => factors::run(&f),
-        Command::Info(i) => info::run(&i),
-        Command::Scenes => scenes::run(),
-        Command::Paper(p) => paper::run(&p),
-    };
-    match result {
+    let arguments = args::with_group(std::env::args_os());
+    let result = args::read(&arguments).map_err(Failure::Input).and_then(|read| run(&read));
+    let printed = terminal::finish_printing();
+    let printed = printed.map_err(|e| Failure::Failed(format!("cannot write stdout: {e}")));
+    match result.and(printed) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             terminal::say(&format!("error: {failure}"));
             failure.code()
         }
+    }
+}
+
+fn run(arguments: &Arguments) -> Result<(), Failure> {
+    terminal::catch_file_limit();
+    match &arguments.command {
+        Command::Render(r) => render::run(r),
+        Command::Probe(p) => probe::run(p),
+        Command::Factors(f) => factors::run(f),
+        Command::Info(i) => info::run(i),
+        Command::Scenes => scenes::run(),
+        Command::Paper(p) => paper::run(p),
     }
 }

@@ -5,20 +5,23 @@ use std::path::Path;
 use std::time::Instant;
 
 use hemicube::export::write_whole;
-use hemicube::gather::{Estimate, GatherOptions, Gatherer, MOST_RAYS, Place};
+use hemicube::gather::{self, Estimate, GatherOptions, Gatherer, MOST_RAYS, Place};
 use hemicube::patches::Patches;
 use hemicube::progress::Progress;
 use hemicube::report::Stage;
 use hemicube::scene::{Scene, luminance};
 use hemicube::solution::MANY_SIDES;
+use hemicube::staging::Model;
 use hemicube::visibility::Bvh;
 
 use crate::args::{ClusterArg, EngineArg, Light, Probe};
+use crate::dark::lamp_flag;
 use crate::failure::Failure;
 use crate::input;
+use crate::outputs;
 use crate::points::{self, Table, error, number};
-use crate::render::{ensure_folder, lit, say_details, set_threads, write_report};
-use crate::terminal::{Bar, catch_interrupts, print, say};
+use crate::render::{inputs, lit, say_details, set_threads, write_report};
+use crate::terminal::{Bar, catch_interrupts, print, print_data, say};
 
 /// Number of patches aimed at, beyond one a side of each source triangle. Points average over what
 /// they see, and the noise of patches with it; the size of patches beside a contact they do not.
@@ -30,15 +33,14 @@ const SAMPLES: usize = 512;
 /// Runs the command.
 pub fn run(args: &Probe) -> Result<(), Failure> {
     catch_interrupts();
-    set_threads(args.light.threads)?;
-    for file in [&args.output, &args.light.report].into_iter().flatten() {
-        ensure_folder(file)?;
-    }
+    set_threads(args.light.run.threads)?;
     let table = table(args)?;
     let scene = input::read(&args.input)?;
-    let quiet = args.light.quiet;
+    let files = [("-o", args.output.as_ref()), ("--report", args.light.run.report.as_ref())];
+    outputs::check(&files, inputs(&scene, &args.input, &args.light).chain(&args.points))?;
+    let quiet = args.light.run.quiet;
     input::say_findings(&scene, quiet);
-    ensure_lit(&scene)?;
+    ensure_lit(&scene, &table.probes)?;
     let bar = Bar::new(quiet);
     let mut solution = lit(&scene, &light_of(args, &scene), &bar)?;
 
@@ -59,13 +61,13 @@ pub fn run(args: &Probe) -> Result<(), Failure> {
             write_whole(path, text.as_bytes()).map_err(Failure::failed)?;
             print(&path.display().to_string());
         }
-        None => print(text.trim_end()),
+        None => print_data(text.trim_end()),
     }
     solution.report.stages.push(Stage { name: "points", seconds });
     if !quiet {
         say(&summary(&found));
     }
-    if args.light.verbose {
+    if args.light.run.verbose {
         say_details(&solution.report);
     }
     write_report(&mut solution.report, &args.light)
@@ -115,16 +117,22 @@ fn table(args: &Probe) -> Result<Table, Failure> {
 }
 
 /// Refuses a scene without light: figures from an assumed sky would mean nothing.
-fn ensure_lit(scene: &Scene) -> Result<(), Failure> {
+fn ensure_lit(scene: &Scene, probes: &[gather::Probe]) -> Result<(), Failure> {
     if scene.optics.emits() || !scene.lamps.is_empty() || scene.sky != glam::DVec3::ZERO {
         return Ok(());
     }
+    let model = Model::of(scene).ok_or_else(|| input::nothing_to_see(scene))?;
+    // Off the surface that it lies on.
+    let off = |p: &gather::Probe| p.point + p.normal * (1e-3 * model.size());
+    let lamp = model.pendant(probes.first().map_or(glam::DVec3::ZERO, off));
     Err(Failure::Input(format!(
-        "{}: nothing emits light; give --sky 1,1,1 or let a material emit, for example --emission \
-         \"{}=10,10,10\"; the materials are {}",
+        "{}: nothing emits light; {}",
         scene.name,
-        scene.optics.materials.first().map_or("NAME", |m| &m.name),
-        input::material_names(scene)
+        if lamp.closed {
+            format!("hang a lamp, for example by {}", lamp_flag(&lamp, model.size()))
+        } else {
+            "give --sky 1,1,1, or hang a --lamp".to_owned()
+        }
     )))
 }
 

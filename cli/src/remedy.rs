@@ -35,8 +35,8 @@ pub fn of_finding(finding: &Finding) -> String {
     remedies.map(|text| format!("; {text}")).collect()
 }
 
-/// About a scene that could not be lit.
-pub fn of_light(error: &LightError) -> String {
+/// About a scene that could not be lit; `direct` if by the direct solver.
+pub fn of_light(error: &LightError, direct: bool) -> String {
     match error {
         LightError::Patches(e) => of_patches(e),
         LightError::Refine(RefineError::Tolerance(_)) => "; give another --max-factor".to_owned(),
@@ -47,12 +47,14 @@ pub fn of_light(error: &LightError) -> String {
         LightError::Sink(e) => of_sink(e),
         LightError::Solve(e) => of_solve(e),
         LightError::NoSky => "; use --engine hemicube, or --sky 0,0,0 and an emitter".to_owned(),
-        LightError::Memory { proposal, .. } => {
-            let larger = proposal.map(|size| format!("--patch-size {size:.3} (m²) or more, "));
-            format!(
-                "; use {}fewer --samples or a lower --resolution, or more --memory",
-                larger.unwrap_or_default()
-            )
+        LightError::Memory { proposal, needed, .. } => {
+            let larger = proposal.map(|size| format!("--patch-size {size} (m²) or more, "));
+            let (solver, rows) = match direct {
+                true => ("--solver gauss-seidel, ", ""),
+                false => ("", ", or fewer --samples or a lower --resolution"),
+            };
+            let (larger, enough) = (larger.unwrap_or_default(), needed.div_ceil(1 << 20));
+            format!("; use {solver}{larger}--memory {enough}M{rows}")
         }
         _ => String::new(),
     }
@@ -110,7 +112,9 @@ pub fn of_stored(error: &StoredError) -> String {
             "; check --unit, or make it again with hemicube factors".to_owned()
         }
         StoredError::Rows { .. } => "; make it again with hemicube factors".to_owned(),
-        StoredError::Lumped => "; make it without --group".to_owned(),
+        StoredError::Lumped => {
+            "; make it without --group, and with --patch-size if a mask cuts faces".to_owned()
+        }
         StoredError::Sink(e) => of_sink(e),
         _ => String::new(),
     }

@@ -9,46 +9,49 @@ use hemicube::direct::DirectOptions;
 use hemicube::engines::{
     Draw, EngineError, EngineOptions, ExactOptions, HemicubeOptions, RaysOptions,
 };
-use hemicube::export::{can_write, folder_of, read_npz, write_whole};
+use hemicube::export::{read_npz, write_whole};
 use hemicube::form_factors::FormFactors;
 use hemicube::patches::Patches;
 use hemicube::refine::factor::RefineError;
 use hemicube::render::{PictureOptions, RenderError, Renderer, check};
 use hemicube::report::{Report, Stage};
-use hemicube::scene::Scene;
+use hemicube::scene::{Lamp, Scene, TriangleId};
 use hemicube::solution::{Adaptive, Clustering, LightError, LightOptions, Solution, light_by};
 use hemicube::solve::Method;
 use hemicube::tone::Tone;
 use hemicube::uncertainty::Uncertainty;
+use hemicube::units::{Area, significant};
 
 use crate::args::{
-    ClusterArg, DeviceArg, DrawChoice, EngineArg, Exposure, Light, Render, SolverChoice, ToneChoice,
+    ClusterArg, DeviceArg, DrawChoice, EngineArg, Exposure, Input, Light, Render, SolverChoice,
+    StageArg, ToneChoice,
 };
+use crate::dark::lamp_before;
+use crate::doubts::{self, Taken};
 use crate::failure::Failure;
 use crate::input;
 use crate::machine;
+use crate::outputs;
 use crate::remedy;
+use crate::staging::{Setup, prepare};
 use crate::terminal::{Bar, catch_interrupts, print, say};
 
 /// Runs the command.
 pub fn run(args: &Render) -> Result<(), Failure> {
     catch_interrupts();
-    set_threads(args.light.threads)?;
+    set_threads(args.light.run.threads)?;
     if args.light.factors.is_some() && args.light.seed.is_some() {
         return Err(Failure::input("--seed is not used with --factors; leave it out"));
     }
     let mut scene = input::read(&args.input)?;
     let output = output_of(&scene, args)?;
-    let camera = input::camera(&scene, args)?;
+    input::say_findings(&scene, args.light.run.quiet);
+    let aspect = args.size.map(|(w, h)| w.max(1) as f64 / h.max(1) as f64);
+    let Setup { camera, exposure } = prepare(&mut scene, args, aspect)?;
     let usual = View::through(camera.clone()).picture;
     let (width, height) = args.size.unwrap_or((usual.width, usual.height));
     check(&camera, width, height).map_err(picture_failure)?;
-    if let Some(report) = &args.light.report {
-        ensure_folder(report)?;
-    }
-    input::say_findings(&scene, args.light.quiet);
-    input::ensure_light(&mut scene, &camera, args.light.quiet)?;
-    let bar = Bar::new(args.light.quiet);
+    let bar = Bar::new(args.light.run.quiet);
     let mut solution = lit(&scene, &args.light, &bar)?;
 
     let start = Instant::now();
@@ -59,7 +62,7 @@ pub fn run(args: &Render) -> Result<(), Failure> {
     let view = View {
         picture: PictureOptions { width, height, ..PictureOptions::default() },
         exposure: match args.exposure {
-            Exposure::Auto => None,
+            Exposure::Auto => exposure,
             Exposure::Stops(stops) => Some(stops),
         },
         tone: match args.tone {
@@ -71,16 +74,31 @@ pub fn run(args: &Render) -> Result<(), Failure> {
     };
     let renderer = Renderer::new(&scene, &field);
     let (picture, stops) = view.taken_by(&renderer, &bar).map_err(picture_failure)?;
+    let aspect = width as f64 / height as f64;
+    let shares = renderer.shares(&view.camera, aspect).map_err(picture_failure)?;
     bar.finish();
     picture.save(&output).map_err(Failure::failed)?;
     let picture_seconds = start.elapsed().as_secs_f64();
-    if !args.light.quiet && args.exposure == Exposure::Auto {
+    if !args.light.run.quiet && args.exposure == Exposure::Auto {
         say(&format!("exposure: --exposure {stops:.2}"));
+    }
+    if !args.light.run.quiet {
+        let taken = Taken {
+            stops: (args.exposure == Exposure::Auto).then_some(stops),
+            sunlit: scene.lamps.iter().any(|l| matches!(l, Lamp::Directional { .. })),
+            stage_off: args.stage == StageArg::Off,
+            flipped: args.input.model.flip,
+        };
+        let lamp = || lamp_before(&scene, view.camera.eye);
+        let doubts = doubts::of_picture(&shares, &taken, &lamp).into_iter();
+        for doubt in doubts.chain(doubts::of_error(&error, solution.halves.is_some())) {
+            say(&format!("warning: {doubt}"));
+        }
     }
     solution.report.error = Some(error);
     solution.report.stages.push(Stage { name: "reconstruct", seconds });
     solution.report.stages.push(Stage { name: "picture", seconds: picture_seconds });
-    if args.light.verbose {
+    if args.light.run.verbose {
         say_details(&solution.report);
     }
     write_report(&mut solution.report, &args.light)?;
@@ -99,25 +117,25 @@ fn output_of(scene: &Scene, args: &Render) -> Result<PathBuf, Failure> {
     if !extension.eq_ignore_ascii_case("png") {
         return Err(Failure::Input(format!("{}: pictures are written as .png", path.display())));
     }
-    ensure_folder(&path)?;
+    let files = [("-o", Some(&path)), ("--report", args.light.run.report.as_ref())];
+    outputs::check(&files, inputs(scene, &args.input, &args.light))?;
     Ok(path)
 }
 
-/// Refuses a file in a folder that is not there or cannot be written to, before any work is done.
-pub fn ensure_folder(path: &Path) -> Result<(), Failure> {
-    let folder = folder_of(path);
-    if !folder.is_dir() {
-        return Err(Failure::Input(format!("{}: no such folder", folder.display())));
-    }
-    if path.is_dir() {
-        return Err(Failure::Input(format!("{}: is a folder, not a file", path.display())));
-    }
-    can_write(path).map_err(Failure::input)
+/// All files that a scene and its light are read from.
+pub fn inputs<'a>(
+    scene: &'a Scene,
+    input: &'a Input,
+    light: &'a Light,
+) -> impl Iterator<Item = &'a PathBuf> {
+    let lamps = input.lamp.iter().filter_map(|lamp| lamp.file.as_ref());
+    let photometry = input.ies.iter().map(|(_, file)| file).chain(lamps);
+    scene.files.iter().chain(photometry).chain(&light.factors)
 }
 
 /// Lights the scene as the command line says.
 pub fn lit(scene: &Scene, args: &Light, bar: &Bar) -> Result<Solution, Failure> {
-    let memory = args.memory.unwrap_or_else(machine::available_memory);
+    let memory = args.run.memory.unwrap_or_else(machine::available_memory);
     let sampled = args.engine() == EngineArg::Rays && args.factors.is_none();
     let seed = args.seed.unwrap_or_default();
     let options = LightOptions {
@@ -152,7 +170,8 @@ pub fn lit(scene: &Scene, args: &Light, bar: &Bar) -> Result<Solution, Failure> 
     };
     let solution = solution.map_err(|e| {
         Failure::of(e, |e| {
-            let text = format!("{e}{}", remedy::of_light(&e));
+            let direct = args.solver == SolverChoice::Direct;
+            let text = format!("{e}{}", remedy::of_light(&e, direct));
             match e {
                 LightError::Patches(_)
                 | LightError::NoSky
@@ -164,12 +183,13 @@ pub fn lit(scene: &Scene, args: &Light, bar: &Bar) -> Result<Solution, Failure> 
         })
     })?;
     bar.finish();
-    if !args.quiet {
+    if !args.run.quiet {
         let r = &solution.report;
         say(&format!(
             "{}: {} source triangles, {} patches{}{}",
             r.scene,
-            r.source_triangles,
+            // Without those of a stage.
+            scene.geometry.whole_from.map_or(r.source_triangles, TriangleId::index),
             r.patches,
             if r.clusters == 0 {
                 String::new()
@@ -179,12 +199,16 @@ pub fn lit(scene: &Scene, args: &Light, bar: &Bar) -> Result<Solution, Failure> 
             if args.max_factor.is_some() {
                 String::new()
             } else {
-                format!(" of at most {:.4} m² (--patch-size)", r.patch_size)
+                format!(
+                    " of at most {} (--patch-size {})",
+                    Area(r.patch_size),
+                    significant(r.patch_size)
+                )
             }
         ));
     }
     let missed = args.error.zip(solution.report.error).filter(|(target, e)| e.total > *target);
-    if let Some((target, error)) = missed.filter(|_| sampled && !args.quiet) {
+    if let Some((target, error)) = missed.filter(|_| sampled && !args.run.quiet) {
         say(&format!(
             "--error {}%: not reached, the best is {:.2} % (noise {:.2} %, size of patches {:.2} \
              %); \
@@ -348,7 +372,7 @@ fn picture_failure(error: RenderError) -> Failure {
 
 /// Writes what happened, if it is wanted.
 pub fn write_report(report: &mut Report, args: &Light) -> Result<(), Failure> {
-    let Some(path) = &args.report else { return Ok(()) };
+    let Some(path) = &args.run.report else { return Ok(()) };
     report.peak_memory_bytes = machine::peak_memory();
     let json = serde_json::to_string_pretty(report).map_err(Failure::failed)?;
     write_whole(path, json.as_bytes()).map_err(Failure::failed)

@@ -1,28 +1,73 @@
 //! The one place that prints, and shows progress on a terminal.
 
-use std::io::{IsTerminal, Write};
-use std::sync::Mutex;
+use std::borrow::Cow;
+use std::io::{self, IsTerminal, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, LazyLock, Mutex};
 
 use hemicube::progress::{Cancelled, Progress};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::flag;
 
 /// Says something to the user, on stderr. Nothing happens if nobody listens.
 pub fn say(message: &str) {
-    let _ = writeln!(std::io::stderr(), "{message}");
+    let _ = writeln!(io::stderr(), "{}", harmless(message));
 }
 
-/// Prints a result on stdout. Nothing happens if nobody listens.
+/// Prints a result on stdout, for people.
 pub fn print(text: &str) {
-    let _ = writeln!(std::io::stdout(), "{text}");
+    print_data(&harmless(text));
 }
 
-static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+/// Prints a result on stdout as it is. Nothing happens if nobody listens; other errors are kept
+/// for [`finish_printing`].
+pub fn print_data(text: &str) {
+    keep(writeln!(io::stdout(), "{text}"));
+}
 
-/// From now on Ctrl-C stops the work in an orderly way.
+/// What went wrong with stdout, if anything did.
+pub fn finish_printing() -> io::Result<()> {
+    keep(io::stdout().flush());
+    UNPRINTED.lock().map_or(Ok(()), |mut error| error.take().map_or(Ok(()), Err))
+}
+
+static UNPRINTED: Mutex<Option<io::Error>> = Mutex::new(None);
+
+fn keep(printed: io::Result<()>) {
+    if let (Err(error), Ok(mut kept)) = (printed, UNPRINTED.lock())
+        && error.kind() != io::ErrorKind::BrokenPipe
+    {
+        kept.get_or_insert(error);
+    }
+}
+
+/// A text in which names from files cannot command the terminal.
+fn harmless(text: &str) -> Cow<'_, str> {
+    let harms = |c: char| c.is_control() && c != '\n' && c != '\t';
+    if !text.contains(harms) {
+        return text.into();
+    }
+    let shown = |c: char| if harms(c) { c.escape_default().to_string() } else { c.to_string() };
+    text.chars().map(shown).collect::<String>().into()
+}
+
+static INTERRUPTED: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
+
+/// From now on Ctrl-C, and being asked to end, stop the work in an orderly way; the second time, at
+/// once.
 pub fn catch_interrupts() {
-    // Without a handler Ctrl-C ends the process at once, which leaves nothing half-written either.
-    let _ = ctrlc::set_handler(|| INTERRUPTED.store(true, Ordering::Relaxed));
+    for signal in [SIGINT, SIGTERM] {
+        // Without a handler a signal ends the process at once; the next run cleans up.
+        let _ = flag::register_conditional_shutdown(signal, 130, Arc::clone(&INTERRUPTED));
+        let _ = flag::register(signal, Arc::clone(&INTERRUPTED));
+    }
+}
+
+/// From now on a file that outgrows its limit is an error of writing, and not the end.
+pub fn catch_file_limit() {
+    #[cfg(unix)]
+    let _ = flag::register(signal_hook::consts::SIGXFSZ, Arc::default());
 }
 
 /// A bar with the time left, on a terminal; silent in a pipe.
@@ -34,7 +79,7 @@ pub struct Bar {
 impl Bar {
     /// `quiet` shows nothing even on a terminal.
     pub fn new(quiet: bool) -> Self {
-        let visible = !quiet && std::io::stderr().is_terminal();
+        let visible = !quiet && io::stderr().is_terminal();
         Self { bar: Mutex::new(ProgressBar::hidden()), visible }
     }
 

@@ -46,6 +46,14 @@ fn a_kind_that_is_not_read() {
 }
 
 #[test]
+fn a_model_of_clear_glass_alone_names_its_materials() {
+    let bench = Bench::new()
+        .with("m.obj", format!("mtllib m.mtl\nusemtl pane\n{OPEN_MODEL}"))
+        .with("m.mtl", "newmtl pane\nKd 1 1 1\nd 0\n");
+    bench.run(&["render", "m.obj"]).refused(&["m: no triangle", "pane", "d 1"]);
+}
+
+#[test]
 fn a_truncated_binary_file() {
     let whole = glb();
     for length in [5, 12, 19, 100, whole.len() - 40, whole.len() - 1] {
@@ -126,6 +134,37 @@ fn what_would_not_fit_in_memory_is_refused_beforehand() {
     let start = std::time::Instant::now();
     let outcome = bench.run(&args).refused(&["--patch-size", "--memory", "100 MiB"]);
     assert!(start.elapsed().as_secs() < 60, "beforehand: {outcome:?}");
+}
+
+#[test]
+fn the_patch_size_proposed_fits() {
+    let bench = Bench::new();
+    let cases: [&[&str]; 3] = [
+        &["room", "--patch-size", "0.01", "--memory", "100M"],
+        &["cornell-box", "--patch-size", "0.02", "--memory", "8M", "--engine", "hemicube"],
+        &["cornell-box", "--patch-size", "0.05", "--memory", "12M", "--solver", "direct"],
+    ];
+    for case in cases {
+        let small = ["--size", "32x24", "-q", "-o", "a.png"];
+        let mut args = [&["render"], case, &small].concat();
+        let refused = bench.run(&args).refused(&["--patch-size", "--memory"]);
+        let proposed = refused.stderr.split("--patch-size ").nth(1).unwrap();
+        let proposed = proposed.split(' ').next().unwrap();
+        // The size stands behind its flag.
+        args[3] = proposed;
+        bench.run(&args).ok();
+    }
+}
+
+#[test]
+fn a_direct_solution_that_does_not_fit_is_refused_before_rows_are_made() {
+    let bench = Bench::new();
+    let start = std::time::Instant::now();
+    let args = ["render", "room", "--patch-size", "0.003", "--solver", "direct"];
+    let memory = ["--memory", "4G", "--samples", "65536"];
+    bench.run(&[&args[..], &memory].concat()).refused(&["--patch-size", "4.0 GiB are allowed"]);
+    // All rows take minutes.
+    assert!(start.elapsed().as_secs() < 60);
 }
 
 #[test]

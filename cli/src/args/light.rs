@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use super::values::{bytes, percent, samples};
+use super::run::Run;
+use super::values::{percent, samples};
 
 /// How a scene is lit.
 #[derive(Debug, Clone, Args)]
@@ -66,25 +67,9 @@ pub struct Light {
     #[arg(long, value_enum, default_value_t = SolverChoice::GaussSeidel, hide_short_help = true)]
     pub solver: SolverChoice,
 
-    /// Memory that the work may take, like 800M or 4G [default: what is free]
-    #[arg(long, value_name = "SIZE", value_parser = bytes, hide_short_help = true)]
-    pub memory: Option<u64>,
-
-    /// Number of threads [default: one a core]
-    #[arg(short = 'j', long, value_name = "N", default_value_t = 0, hide_default_value = true)]
-    pub threads: usize,
-
-    /// Write what happened, with timings, as JSON
-    #[arg(long, value_name = "FILE", hide_short_help = true)]
-    pub report: Option<PathBuf>,
-
-    /// Say nothing but errors
-    #[arg(short, long, conflicts_with = "verbose")]
-    pub quiet: bool,
-
-    /// Say how long each stage took and where the light went
-    #[arg(short, long)]
-    pub verbose: bool,
+    /// How it is run.
+    #[command(flatten)]
+    pub run: Run,
 }
 
 impl Light {

@@ -6,7 +6,7 @@ use glam::DVec3;
 use hemicube::engines::rays::MOST_SAMPLES;
 use hemicube::gather::{FEWEST_RAYS, MOST_RAYS};
 
-use super::{Emission, Exposure};
+use super::{Emission, Exposure, LampArg, SunArg};
 
 /// Three numbers with commas between.
 pub fn vector(text: &str) -> Result<DVec3, String> {
@@ -19,6 +19,19 @@ pub fn vector(text: &str) -> Result<DVec3, String> {
     match parts[..] {
         [x, y, z] if parts.iter().all(|p| p.is_finite()) => Ok(DVec3::new(x, y, z)),
         _ => Err(format!("'{text}' is not three numbers; write them like 1.5,-2,0")),
+    }
+}
+
+/// An axis like `z` or `-x`, or three numbers.
+pub fn direction(text: &str) -> Result<DVec3, String> {
+    let (sign, axis) = text.strip_prefix('-').map_or((1.0, text), |axis| (-1.0, axis));
+    match axis.trim_start_matches('+') {
+        "x" | "X" => Ok(sign * DVec3::X),
+        "y" | "Y" => Ok(sign * DVec3::Y),
+        "z" | "Z" => Ok(sign * DVec3::Z),
+        _ => {
+            vector(text).map_err(|_| format!("'{text}' is no direction; write it like z or 0,0,1"))
+        }
     }
 }
 
@@ -48,6 +61,47 @@ pub fn photometry(text: &str) -> Result<(String, PathBuf), String> {
         }
         _ => Err(format!("'{text}' is no lamp and file; write it like bulb=bulb.ies")),
     }
+}
+
+/// A lamp: its name, position, and its flux or the file of its photometry or both.
+pub fn lamp(text: &str) -> Result<LampArg, String> {
+    let wrong = || format!("'{text}' is no lamp; write it like desk=1,0.8,2,800 or desk=...,a.ies");
+    let (name, rest) = text.split_once('=').ok_or_else(wrong)?;
+    let parts: Vec<&str> = rest.splitn(4, ',').collect();
+    let number = |text: &str| text.trim().parse::<f64>().ok();
+    let [x, y, z, last] = parts[..] else { return Err(wrong()) };
+    let place = [x, y, z].map(|part| number(part).filter(|n| n.is_finite()));
+    let [Some(x), Some(y), Some(z)] = place else { return Err(wrong()) };
+    let (first, rest) = last.split_once(',').map_or((last, None), |(a, b)| (a, Some(b)));
+    let (flux, file) = match number(first) {
+        Some(flux) => (Some(flux), rest),
+        None => (None, Some(last)),
+    };
+    let file = file.map(PathBuf::from);
+    let is_flux = |flux: f64| (0.0..MOST_RADIANCE).contains(&flux);
+    if name.is_empty() || !flux.is_none_or(is_flux) || file.as_ref().is_some_and(|f| f == "") {
+        return Err(wrong());
+    }
+    Ok(LampArg { name: name.to_owned(), position: DVec3::new(x, y, z), flux, file })
+}
+
+/// Azimuth and elevation in degrees, and perhaps an irradiance.
+pub fn sun(text: &str) -> Result<SunArg, String> {
+    /// Of clear sky at noon, lx.
+    const USUAL: f64 = 1e5;
+    let wrong = || {
+        format!("'{text}' is no sun; write it like 135,40 or 135,40,80000, its elevation 0 to 90")
+    };
+    let numbers: Result<Vec<f64>, _> = text.split(',').map(|n| n.trim().parse()).collect();
+    let (azimuth, elevation, irradiance) = match numbers.as_deref() {
+        Ok([azimuth, elevation]) => (*azimuth, *elevation, USUAL),
+        Ok([azimuth, elevation, lux]) => (*azimuth, *elevation, *lux),
+        _ => return Err(wrong()),
+    };
+    let valid = azimuth.is_finite()
+        && (0.0..=90.0).contains(&elevation)
+        && (0.0..MOST_RADIANCE).contains(&irradiance);
+    if valid { Ok(SunArg { azimuth, elevation, irradiance }) } else { Err(wrong()) }
 }
 
 /// Radiances beyond this overflow when they are squared for a residual.
@@ -90,6 +144,16 @@ pub fn percent(text: &str) -> Result<f64, String> {
              which both \
              mean one in a thousand"
         )),
+    }
+}
+
+/// A number of threads; 0: one a core.
+pub fn threads(text: &str) -> Result<usize, String> {
+    /// More than any machine has cores, and few enough to be made.
+    const MOST: usize = 1024;
+    match text.parse() {
+        Ok(n) if n <= MOST => Ok(n),
+        _ => Err(format!("'{text}' is not a number of threads from 1 to {MOST}")),
     }
 }
 
