@@ -13,7 +13,7 @@ pub use analytic::analytic;
 pub(crate) use analytic::like_a_lamp;
 pub use emitters::{Emitters, Receiver, ReceiverPoint, Workspace};
 pub use lamps::from_lamps;
-pub(crate) use lamps::lamps_at;
+pub(crate) use lamps::lamps_over;
 pub use light::DirectLight;
 pub use optics::{emission, reflectance};
 pub use options::{Analytic, DirectOptions, MOST_SHADOW};

@@ -33,10 +33,15 @@
 //! [`Emitters::is_analytic`]: crate::direct::Emitters::is_analytic
 //! [`Uncertainty::refinement`]: crate::uncertainty::Uncertainty::refinement
 
+mod bounce;
 mod estimate;
 mod gatherer;
 mod options;
+mod pixels;
+mod surfaces;
 
 pub use estimate::{Estimate, Place, Probe};
 pub use gatherer::{CLEARANCE, Gatherer};
 pub use options::{FEWEST_RAYS, GatherOptions, MOST_RAYS};
+pub(crate) use pixels::{Buffers, Receiving, Reflected};
+pub(crate) use surfaces::Surfaces;

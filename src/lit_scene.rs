@@ -130,13 +130,16 @@ impl LitScene<'_> {
     }
 
     /// The picture of a view, as linear display light. For many views make one [`Renderer`] of the
-    /// [`field`](Self::field).
+    /// [`field`](Self::field), and a [`Gatherer`].
     ///
     /// # Errors
     /// If the camera looks nowhere, the size is out of range, or the caller cancelled.
     pub fn look(&self, view: &View, progress: &dyn Progress) -> Result<Picture, RenderError> {
-        let field = self.field();
-        Ok(view.taken_by(&Renderer::new(self.scene, &field), progress)?.0)
+        let (field, bvh) = (self.field(), Bvh::new(&self.scene.geometry));
+        let options = GatherOptions::of_pictures(0);
+        let gatherer = Gatherer::new(self.scene, &self.solution, &field, &bvh, options);
+        let renderer = Renderer::new(self.scene, &field).gathering(&gatherer);
+        Ok(view.taken_by(&renderer, progress)?.0)
     }
 
     /// Irradiance at points, with its error.

@@ -8,6 +8,8 @@ mod blend;
 mod field;
 mod fit;
 mod mesh;
+mod normals;
 mod topology;
 
 pub use field::Field;
+pub use normals::Normals;

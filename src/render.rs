@@ -4,8 +4,10 @@
 
 mod camera;
 mod picture;
+mod gathered;
 mod renderer;
-mod surfaces;
+mod smooth;
+mod spots;
 
 pub use camera::check;
 pub use picture::{Picture, PictureOptions, RenderError};

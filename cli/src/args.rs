@@ -328,6 +328,10 @@ pub struct Render {
     #[arg(long, value_enum, default_value_t = ToneChoice::Agx, hide_short_help = true)]
     pub tone: ToneChoice,
 
+    /// Show the light of patches alone: a quicker picture whose shadows are as fine as patches
+    #[arg(long)]
+    pub draft: bool,
+
     /// How it is lit.
     #[command(flatten)]
     pub light: Light,

@@ -11,6 +11,7 @@ use hemicube::engines::{
 };
 use hemicube::export::{read_npz, write_whole};
 use hemicube::form_factors::FormFactors;
+use hemicube::gather::{GatherOptions, Gatherer};
 use hemicube::patches::Patches;
 use hemicube::refine::factor::RefineError;
 use hemicube::render::{PictureOptions, RenderError, Renderer, check};
@@ -21,6 +22,7 @@ use hemicube::solve::Method;
 use hemicube::tone::Tone;
 use hemicube::uncertainty::Uncertainty;
 use hemicube::units::{Area, significant};
+use hemicube::visibility::Bvh;
 
 use crate::args::{
     ClusterArg, DeviceArg, DrawChoice, EngineArg, Exposure, Input, Light, Render, SolverChoice,
@@ -72,7 +74,13 @@ pub fn run(args: &Render) -> Result<(), Failure> {
         },
         ..View::through(camera)
     };
-    let renderer = Renderer::new(&scene, &field);
+    let mut renderer = Renderer::new(&scene, &field);
+    let bvh = (!args.draft).then(|| Bvh::new(&scene.geometry));
+    let options = GatherOptions::of_pictures(args.light.seed.unwrap_or_default());
+    let gatherer = bvh.as_ref().map(|b| Gatherer::new(&scene, &solution, &field, b, options));
+    if let Some(gatherer) = &gatherer {
+        renderer = renderer.gathering(gatherer);
+    }
     let (picture, stops) = view.taken_by(&renderer, &bar).map_err(picture_failure)?;
     let aspect = width as f64 / height as f64;
     let shares = renderer.shares(&view.camera, aspect).map_err(picture_failure)?;

@@ -26,6 +26,7 @@ mod lanes;
 mod pairs;
 mod receiver;
 mod set;
+mod single;
 mod sources;
 mod tree;
 mod workspace;

@@ -65,16 +65,36 @@ pub fn from_lamps(scene: &Scene, patches: &Patches, bvh: &Bvh) -> Vec<Rgb> {
     direct
 }
 
-/// Irradiance from all lamps at a point (W/m² or lx), with shadows.
-pub(crate) fn lamps_at(scene: &Scene, bvh: &Bvh, position: DVec3, normal: DVec3) -> Rgb {
-    let receiver = [Receiver { position, normal, own: None }];
-    let light = |lamp: &Lamp| {
-        let (packet, [irradiance, ..]) = shine(lamp, &lamp.axes(scene.up), &receiver, bvh);
-        let mut blocked = [0];
-        bvh.blocked(&[packet], &mut blocked);
-        if blocked[0] == 0 { irradiance } else { Rgb::ZERO }
-    };
-    scene.lamps.iter().map(light).sum()
+/// Adds the irradiance from all lamps (W/m² or lx), with shadows, at points of a unit normal each.
+pub(crate) fn lamps_over(
+    scene: &Scene,
+    bvh: &Bvh,
+    points: impl Iterator<Item = (DVec3, DVec3)>,
+    found: &mut [Rgb],
+) {
+    if scene.lamps.is_empty() {
+        return;
+    }
+    let receivers: Vec<Receiver> =
+        points.map(|(position, normal)| Receiver { position, normal, own: None }).collect();
+    let blocks = receivers.len().div_ceil(POINTS);
+    let mut packets = vec![Packet::EMPTY; blocks];
+    let mut arriving = vec![[Rgb::ZERO; POINTS]; blocks];
+    let mut blocked = vec![0_u16; blocks];
+    for lamp in &scene.lamps {
+        let axes = lamp.axes(scene.up);
+        for (b, block) in receivers.chunks(POINTS).enumerate() {
+            (packets[b], arriving[b]) = shine(lamp, &axes, block, bvh);
+            arriving[b] = arriving[b].map(|h| h * block.len() as f64);
+        }
+        bvh.blocked(&packets, &mut blocked);
+        for (i, found) in found.iter_mut().enumerate() {
+            let (b, l) = (i / POINTS, i % POINTS);
+            if blocked[b] >> l & 1 == 0 {
+                *found += arriving[b][l];
+            }
+        }
+    }
 }
 
 /// The points of a patch, at most [`POINTS`]: those of an even set that belong to it, or else its

@@ -5,14 +5,16 @@ use std::f64::consts::PI;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
+use super::bounce::{Landing, Met, Read};
 use super::estimate::{Estimate, Place, Probe};
 use super::options::{FEWEST_RAYS, GatherOptions, MOST_RAYS, SETS};
+use super::surfaces::Surfaces;
 use crate::direct::{self, Analytic, DirectOptions, Emitters, Receiver, Workspace};
-use crate::engines::sampling::{Starts, Table, aim};
+use crate::engines::sampling::{Random, Starts, Table, aim};
 use crate::patches::{Cell, PatchId, Patches, SurfacePoint, side_index};
 use crate::progress::{Cancelled, Progress};
 use crate::reconstruct::Field;
-use crate::scene::{Rgb, Scene, Side, luminance};
+use crate::scene::{Geometry, Rgb, Scene, Side, luminance};
 use crate::simd::LANES;
 use crate::solution::Solution;
 use crate::uncertainty::Uncertainty;
@@ -38,13 +40,16 @@ const GATHER: u32 = 0x6a74_0000;
 
 /// Measures irradiance at points of a lit scene.
 pub struct Gatherer<'a> {
-    scene: &'a Scene,
-    patches: &'a Patches,
-    field: &'a Field<'a>,
-    bvh: &'a Bvh,
-    emitters: Emitters<'a>,
+    pub(super) scene: &'a Scene,
+    pub(super) patches: &'a Patches,
+    pub(super) field: &'a Field<'a>,
+    pub(super) bvh: &'a Bvh,
+    pub(super) emitters: Emitters<'a>,
+    surfaces: Surfaces,
     /// An estimate of what each analytic emitter reflects; of all other sides nothing.
-    reflected: Vec<Rgb>,
+    pub(super) reflected: Vec<Rgb>,
+    /// Of each patch, from its centre to its farthest corner, m.
+    pub(super) radii: Vec<f32>,
     table: Table,
     /// Half of what two halves differ in at each patch, and what its size blurs.
     doubt: Vec<(Rgb, Rgb)>,
@@ -62,6 +67,18 @@ struct Tally {
     backs: usize,
     /// What the errors of patches contribute, ray by ray: noise, and what their size blurs.
     doubts: Vec<(PatchId, Rgb, Rgb)>,
+    /// Where they landed near by.
+    near: Vec<Landing>,
+}
+
+impl Tally {
+    /// Notes what a patch that is read contributes to the error.
+    fn read(&mut self, gatherer: &Gatherer<'_>, (id, weight): Read) {
+        if weight != Rgb::ZERO {
+            let (noise, blur) = gatherer.doubt[id.index()];
+            self.doubts.push((id, weight * noise, weight * blur));
+        }
+    }
 }
 
 impl<'a> Gatherer<'a> {
@@ -102,12 +119,24 @@ impl<'a> Gatherer<'a> {
             field,
             bvh,
             emitters,
+            surfaces: Surfaces::new(scene),
             reflected,
+            radii: patches.ids().map(|id| radius(&scene.geometry, patches, id)).collect(),
             table,
             doubt,
             dark: DARK * mean,
             seed,
         }
+    }
+
+    /// Reflectance at a point, textures included.
+    pub(super) fn reflectance(&self, p: SurfacePoint) -> Rgb {
+        self.surfaces.reflectance(self.scene, p)
+    }
+
+    /// Sets rays of pictures apart from those of points.
+    pub(super) fn seed(&self) -> u32 {
+        GATHER ^ self.seed
     }
 
     /// Rays a point.
@@ -148,19 +177,25 @@ impl<'a> Gatherer<'a> {
         self.emitters.look(std::slice::from_ref(&receiver), &mut work);
         let (direct, sets) =
             self.emitters.light_replicated::<{ SETS / 2 }>(&receiver, here, &mut work);
-        let lamps = direct::lamps_at(self.scene, self.bvh, start, normal);
+        let mut lamps = [Rgb::ZERO];
+        let here_alone = std::iter::once((start, normal));
+        direct::lamps_over(self.scene, self.bvh, here_alone, &mut lamps);
 
         let rays = self.table.points();
         let hits = self.cast(start, normal, index);
         let mut tally = Tally::default();
+        let mut gathered: Vec<Rgb> =
+            (0..SETS).map(|set| self.gather(&receiver, &hits, set, &mut tally)).collect();
+        let near = std::mem::take(&mut tally.near);
+        let seed = index << 32 ^ u64::from(GATHER ^ self.seed);
+        self.go_on(near, seed, &mut work, &mut gathered, |read| tally.read(self, read));
         let mut alone: Vec<Rgb> = sets.iter().flatten().copied().collect();
-        let mut reflected = Rgb::ZERO;
-        for (set, alone) in alone.iter_mut().enumerate() {
-            let gathered = self.gather(&receiver, &hits, set, &mut tally) / rays as f64;
-            *alone += gathered;
-            reflected += gathered / SETS as f64;
+        for (alone, gathered) in alone.iter_mut().zip(&mut gathered) {
+            *gathered /= rays as f64;
+            *alone += *gathered;
         }
-        let irradiance = direct + lamps + reflected;
+        let reflected = gathered.iter().sum::<Rgb>() / SETS as f64;
+        let irradiance = direct + lamps[0] + reflected;
         let mean = alone.iter().sum::<Rgb>() / SETS as f64;
         let squares: Rgb = alone.iter().map(|h| (*h - mean) * (*h - mean)).sum();
         let noise = (squares / (SETS * (SETS - 1)) as f64).map(f64::sqrt);
@@ -207,38 +242,34 @@ impl<'a> Gatherer<'a> {
     }
 
     /// Sum of what the rays of a set bring: all that is reflected, and what emitters emit
-    /// that are not analytic.
+    /// that are not analytic. What lands near by goes to the tally.
     fn gather(&self, receiver: &Receiver, hits: &[Hits], set: usize, tally: &mut Tally) -> Rgb {
-        let (g, optics) = (&self.scene.geometry, &self.scene.optics);
-        let sky = self.scene.sky * PI;
+        let (scale, sky) = (self.bvh.scale(), self.scene.sky * PI);
         let mut sum = Rgb::ZERO;
-        for hits in hits {
-            let item = hits.item[set];
-            if item == NOTHING {
-                tally.escaped += 1;
-                sum += sky;
-                continue;
-            }
-            let triangle = self.bvh.ids()[item as usize / 2];
-            let side = if item & 1 == 1 { Side::Back } else { Side::Front };
-            tally.backs += usize::from(side == Side::Back);
-            if !g.exchanges(triangle, side) {
-                tally.dark += 1;
-                continue;
-            }
-            let uv = [hits.u[set], hits.v[set]].map(f64::from).into();
-            let p = SurfacePoint { triangle, side, uv };
-            let rho = optics.reflectance[triangle.index()];
-            sum += rho * self.field.at(p);
-            let e = optics.emission(triangle, side);
-            if e != Rgb::ZERO {
-                let side = side_index(triangle, side);
-                let analytic = self.emitters.is_analytic(receiver, side);
-                sum += if analytic { -self.reflected[side] } else { e };
-            }
-            if let Some(id) = self.patches.at(p) {
-                let (noise, blur) = self.doubt[id.index()];
-                tally.doubts.push((id, rho * noise, rho * blur));
+        for (number, hits) in hits.iter().enumerate() {
+            match self.met(hits, set, receiver) {
+                Met::Sky => {
+                    tally.escaped += 1;
+                    sum += sky;
+                }
+                Met::Dark(side) => {
+                    tally.backs += usize::from(side == Side::Back);
+                    tally.dark += 1;
+                }
+                Met::Surface { point, emitted } => {
+                    tally.backs += usize::from(point.side == Side::Back);
+                    sum += emitted;
+                    let distance = f64::from(hits.distance[set]) * scale;
+                    let seed = receiver.seed() ^ (number as u64) << 16 ^ set as u64;
+                    let chance = || Random::new(seed).numbers::<1>()[0];
+                    match self.read(point, (distance, 0), chance) {
+                        Some((light, read)) => {
+                            sum += light;
+                            tally.read(self, read);
+                        }
+                        None => tally.near.push(self.landing(point, set as u32, Rgb::ONE)),
+                    }
+                }
             }
         }
         sum
@@ -253,6 +284,13 @@ impl<'a> Gatherer<'a> {
                 && self.scene.optics.emission(m.triangle, m.side) != Rgb::ZERO
         })
     }
+}
+
+/// From the centre of a patch to its farthest corner, m.
+fn radius(geometry: &Geometry, patches: &Patches, id: PatchId) -> f32 {
+    let centre = patches.center(id).position(geometry);
+    let corners = patches.pieces(id).flat_map(|cell| cell.corners(geometry));
+    corners.map(|c| c.distance_squared(centre)).fold(0.0, f64::max).sqrt() as f32
 }
 
 /// Mean radiosity that each emitting side reflects, as far as it is like a lamp.

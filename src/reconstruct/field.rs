@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use super::blend::{self, Neighbours};
 use super::fit::fit;
 use super::mesh::{Mesh, VertexId};
+use super::normals::Normals;
 use crate::patches::{Cell, PatchId, Patches, SurfacePoint};
 use crate::scene::{Geometry, Rgb};
 
@@ -102,7 +103,12 @@ impl<'a> Field<'a> {
     /// Irradiance at a point of a surface, W/m² or lx; zero where no light is exchanged.
     #[must_use]
     pub fn at(&self, p: SurfacePoint) -> Rgb {
-        let Some(id) = self.patches.at(p) else { return Rgb::ZERO };
+        self.patches.at(p).map_or(Rgb::ZERO, |id| self.within(id, p))
+    }
+
+    /// The same at a point that is known to belong to a patch.
+    #[must_use]
+    pub(crate) fn within(&self, id: PatchId, p: SurfacePoint) -> Rgb {
         let cell = match self.patches.is_cluster(id) {
             true => Cell::whole(p.triangle, p.side),
             false => self.patches.cell(id),
@@ -134,6 +140,12 @@ impl<'a> Field<'a> {
         let ((t0, a), (t1, b)) = (edge[next - 1], edge[next]);
         let (a, b, t) = (value(a), value(b), (along - t0) / (t1 - t0));
         (a + (b - a) * t) * (1.0 - inward) + centre * inward
+    }
+
+    /// Normals that turn smoothly where the field does.
+    #[must_use]
+    pub fn normals(&self, geometry: &Geometry) -> Normals {
+        Normals::new(geometry, self.patches, &self.mesh)
     }
 
     /// The patches' own irradiance.

@@ -9,10 +9,11 @@ use rayon::prelude::*;
 
 use super::camera::{check, frame_of};
 use super::picture::{Picture, PictureOptions, RenderError};
-use super::surfaces::Surfaces;
+
+use crate::gather::{Gatherer, Surfaces};
 use crate::patches::SurfacePoint;
 use crate::progress::{Cancelled, Progress, Silent};
-use crate::reconstruct::Field;
+use crate::reconstruct::{Field, Normals};
 use crate::scene::{Camera, Rgb, Scene, Side, luminance};
 use crate::simd::multiversion;
 use crate::visibility::{Edges, Face, ItemBuffer, NOTHING, Occluders, View};
@@ -56,33 +57,59 @@ pub struct Shares {
 
 impl Sight {
     /// Black emptiness.
-    const DARK: Self =
+    pub(super) const DARK: Self =
         Self { radiance: Rgb::ZERO, irradiance: Rgb::ZERO, reflects: false, seen: Seen::Nothing };
 }
 
 /// A lit scene, ready to be looked at.
 pub struct Renderer<'a> {
-    scene: &'a Scene,
+    pub(super) scene: &'a Scene,
     field: &'a Field<'a>,
-    occluders: Occluders,
+    pub(super) occluders: Occluders,
     surfaces: Surfaces,
+    /// Who finds the light of pixels; without, it is the field's.
+    pub(super) gatherer: Option<&'a Gatherer<'a>>,
+    pub(super) normals: Normals,
 }
 
 /// Rows of pixels that are drawn at once.
 const BAND: usize = 8;
 
 impl<'a> Renderer<'a> {
-    /// Decodes the textures and collects what can be seen.
+    /// Decodes the textures and collects what can be seen. Light is that of the field: a draft.
     #[must_use]
     pub fn new(scene: &'a Scene, field: &'a Field<'a>) -> Self {
         let occluders = Occluders::new(&scene.geometry);
-        Self { scene, field, occluders, surfaces: Surfaces::new(scene) }
+        let normals = field.normals(&scene.geometry);
+        let surfaces = Surfaces::new(scene);
+        Self { scene, field, occluders, surfaces, gatherer: None, normals }
+    }
+
+    /// The light of each pixel is gathered: direct light at the pixel itself, and what other
+    /// surfaces reflect from where it lands.
+    #[must_use]
+    pub fn gathering(self, gatherer: &'a Gatherer<'a>) -> Self {
+        Self { gatherer: Some(gatherer), ..self }
     }
 
     /// The picture, each sample mapped by `map` before the samples of a pixel are averaged (a tone
     /// map keeps the edges of emitters smooth that way). Advances `progress` by one a row of
     /// pixels.
     pub fn render(
+        &self,
+        camera: &Camera,
+        options: &PictureOptions,
+        map: impl Fn(&Sight) -> [f32; 3] + Sync,
+        progress: &dyn Progress,
+    ) -> Result<Picture, RenderError> {
+        match self.gatherer {
+            Some(gatherer) => self.gathered(gatherer, camera, options, map, progress),
+            None => self.drafted(camera, options, map, progress),
+        }
+    }
+
+    /// The picture by the field's light alone.
+    fn drafted(
         &self,
         camera: &Camera,
         options: &PictureOptions,
@@ -145,11 +172,26 @@ impl<'a> Renderer<'a> {
         row: usize,
         mut sample: impl FnMut(usize, &Sight),
     ) {
+        self.each_point(view, face, buffer, row, |x, point| match point {
+            Some(p) => sample(x, &self.sight(p, self.field.at(p))),
+            None => sample(x, &Sight { radiance: self.scene.sky, ..Sight::DARK }),
+        });
+    }
+
+    /// What each sample of a row meets.
+    pub(super) fn each_point(
+        &self,
+        view: &View,
+        face: &Face,
+        buffer: &ItemBuffer,
+        row: usize,
+        mut met: impl FnMut(usize, Option<SurfacePoint>),
+    ) {
         let items = &buffer.items()[row * face.stride()..][..face.width()];
         let mut last: Option<(u32, [[f32; 3]; 3])> = None;
         for (x, &item) in items.iter().enumerate() {
             if item == NOTHING {
-                sample(x, &Sight { radiance: self.scene.sky, ..Sight::DARK });
+                met(x, None);
                 continue;
             }
             if last.is_none_or(|(i, _)| i != item) {
@@ -163,18 +205,19 @@ impl<'a> Renderer<'a> {
             let uv = DVec2::new(f[1], f[2]) / sum;
             let side = if item & 1 == 1 { Side::Back } else { Side::Front };
             let triangle = self.occluders.ids()[item as usize / 2];
-            sample(x, &self.sight(SurfacePoint { triangle, side, uv }));
+            met(x, Some(SurfacePoint { triangle, side, uv }));
         }
     }
 
-    fn sight(&self, p: SurfacePoint) -> Sight {
+    /// What a sample shows whose surface receives an irradiance (W/m² or lx).
+    pub(super) fn sight(&self, p: SurfacePoint, irradiance: Rgb) -> Sight {
         let geometry = &self.scene.geometry;
         let staged = |seen| if geometry.is_whole(p.triangle) { Seen::Stage } else { seen };
         if !geometry.exchanges(p.triangle, p.side) {
             return Sight { seen: staged(Seen::Back), ..Sight::DARK };
         }
-        let (rho, emitted) = self.surfaces.at(self.scene, p);
-        let irradiance = self.field.at(p);
+        let emitted = self.surfaces.emitted(self.scene, p);
+        let rho = self.surfaces.reflectance(self.scene, p);
         Sight {
             radiance: emitted + rho * irradiance / PI,
             irradiance,
@@ -226,12 +269,12 @@ impl<'a> Renderer<'a> {
         let height = 120;
         let width = ((height as f64 * aspect) as usize).clamp(1, 1000);
         let options = PictureOptions { width, height, samples: 1 };
-        Ok(self.render(camera, &options, map, &Silent)?.pixels)
+        Ok(self.drafted(camera, &options, map, &Silent)?.pixels)
     }
 }
 
 multiversion! {
-    fn draw(occluders: &Occluders, view: &View, face: &Face, buffer: &mut ItemBuffer) = draw_kernel
+    pub(super) fn draw(occluders: &Occluders, view: &View, face: &Face, buffer: &mut ItemBuffer) = draw_kernel
 }
 
 /// Draws all source triangles; items are twice the number of the solid triangle, plus one if its

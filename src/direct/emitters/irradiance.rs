@@ -67,7 +67,7 @@ impl Emitters<'_> {
 
     /// Calls `found` for each group that would light the receiver if nothing stood between, with
     /// the unoccluded irradiance.
-    fn each_group(
+    pub(super) fn each_group(
         &self,
         receiver: &Receiver,
         work: &mut Workspace,

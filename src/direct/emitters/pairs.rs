@@ -186,7 +186,7 @@ impl Emitters<'_> {
 }
 
 /// The kernel cos θ cos θ' / (π r²) between two points.
-fn kernel(s: &Source, from: DVec3, normal: DVec3, to: DVec3) -> f64 {
+pub(super) fn kernel(s: &Source, from: DVec3, normal: DVec3, to: DVec3) -> f64 {
     let way = to - from;
     let r2 = way.length_squared();
     let (here, there) = (normal.dot(way), -s.normal.dot(way));

@@ -33,6 +33,19 @@ pub struct Receiver {
     pub(super) seed: u64,
 }
 
+impl Receiver {
+    /// What tells it apart from others.
+    pub(crate) fn seed(&self) -> u64 {
+        self.seed
+    }
+
+    /// The same, with every emitter analytic that does not lie in its plane.
+    #[must_use]
+    pub(crate) fn with_all_emitters(self) -> Self {
+        Self { largest: f32::INFINITY, ..self }
+    }
+}
+
 /// A point of a receiver, its normal, and the solid triangle that it lies on.
 pub type ReceiverPoint = (DVec3, DVec3, Option<u32>);
 

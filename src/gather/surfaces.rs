@@ -8,7 +8,8 @@ use crate::patches::SurfacePoint;
 use crate::scene::{Rgb, Scene, TextureSampler};
 
 /// Reflectance and emission at points, with textures decoded.
-pub(super) struct Surfaces {
+#[derive(Debug)]
+pub(crate) struct Surfaces {
     textures: Vec<Option<TextureSampler>>,
 }
 
@@ -30,28 +31,37 @@ impl Surfaces {
         Self { textures }
     }
 
-    /// Reflectance ρ(x) and emitted radiance L_e(x).
-    pub fn at(&self, scene: &Scene, p: SurfacePoint) -> (Rgb, Rgb) {
+    /// Reflectance ρ(x) at a point.
+    pub fn reflectance(&self, scene: &Scene, p: SurfacePoint) -> Rgb {
         let optics = &scene.optics;
         let material = optics.material(p.triangle);
-        let sample = |texture: Option<u32>| {
-            let sampler = self.textures.get(texture? as usize)?.as_ref()?;
-            let [a, b, c] = *optics.uv.get(p.triangle.index())?;
-            let l = p.barycentric();
-            Some(sampler.sample(a * l.x + b * l.y + c * l.z))
-        };
-        let rho = match sample(material.reflectance_texture) {
+        match self.texel(scene, material.reflectance_texture, p) {
             Some(texel) => {
                 let rho = material.reflectance * texel * optics.tint(p.triangle);
                 rho.clamp(Rgb::ZERO, Rgb::splat(optics.max_reflectance))
             }
             None => optics.reflectance[p.triangle.index()],
-        };
+        }
+    }
+
+    /// Emitted radiance L_e(x) at a point, W/(m² sr) or cd/m².
+    pub fn emitted(&self, scene: &Scene, p: SurfacePoint) -> Rgb {
+        let optics = &scene.optics;
         let mean = optics.emission(p.triangle, p.side) / PI;
-        let emitted = match sample(material.radiance_texture) {
-            Some(texel) if mean != Rgb::ZERO => material.radiance * texel,
-            _ => mean,
-        };
-        (rho, emitted)
+        if mean == Rgb::ZERO {
+            return mean;
+        }
+        let material = optics.material(p.triangle);
+        match self.texel(scene, material.radiance_texture, p) {
+            Some(texel) => material.radiance * texel,
+            None => mean,
+        }
+    }
+
+    fn texel(&self, scene: &Scene, texture: Option<u32>, p: SurfacePoint) -> Option<Rgb> {
+        let sampler = self.textures.get(texture? as usize)?.as_ref()?;
+        let [a, b, c] = *scene.optics.uv.get(p.triangle.index())?;
+        let l = p.barycentric();
+        Some(sampler.sample(a * l.x + b * l.y + c * l.z))
     }
 }
