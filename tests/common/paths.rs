@@ -1,24 +1,45 @@
-//! Irradiance by following light backwards along random paths: slow, plain, and independent of
-//! patches, form factors and solvers. An oracle with error bars.
+//! Irradiance and pictures by following light backwards along random paths: slow, plain, and
+//! independent of patches, form factors and solvers. An oracle with error bars.
 //!
 //! ```text
 //! H = ∫ L cos θ dω = π E[L]        L = L_e + ρ H / π        over directions of density cos θ / π
 //! ```
 //!
 //! A path goes on from where it lands with the probability of the largest reflectance there, and
-//! picks up the emission of whatever it lands on. It is not led to emitters (Kajiya 1986, "The
-//! rendering equation", without his refinements).
+//! picks up the emission of whatever it lands on (Kajiya 1986, "The rendering equation").
+//!
+//! # Led paths
+//!
+//! [`Paths::led`] also looks from each place to a point of an emitter, chosen in proportion to
+//! exitance, and to all lamps. An emitter's point counts by either way in proportion to the density
+//! with which that way finds it, so nothing counts twice (Veach & Guibas 1995, "Optimally combining
+//! sampling techniques", the balance heuristic). First directions and choices are stratified in
+//! blocks, and errors are told by what blocks differ in.
 
-use std::f64::consts::{PI, TAU};
+mod lights;
+mod noise;
+mod pictures;
 
-use glam::{DMat3, DVec3};
-use hemicube::scene::{Rgb, Scene, Side, TriangleId};
+use std::f64::consts::PI;
+
+use glam::DVec3;
+use hemicube::scene::{Rgb, Scene, Side, TriangleId, luminance};
 use hemicube::visibility::{Bvh, Hits, NOTHING, Packet, ROUNDING};
 use rayon::prelude::*;
+
+use lights::Lights;
+pub use noise::{Noise, diffuse};
+pub use pictures::Block;
 
 /// Paths that are followed together. Sums are made in the order of these blocks, whatever thread
 /// they come from.
 const BLOCK: u32 = 4096;
+
+/// Led paths along each side of a stratified block.
+const STRATA: usize = 32;
+
+/// Blocks of led paths that are followed before it is asked whether they suffice.
+const BLOCKS: u32 = 16;
 
 /// Rays in a packet.
 const LANES: usize = 16;
@@ -30,14 +51,24 @@ const LANES: usize = 16;
 /// number of threads.
 pub fn irradiance(scene: &Scene, bvh: &Bvh, point: DVec3, normal: DVec3, paths: u32) -> (Rgb, Rgb) {
     assert!(scene.lamps.is_empty(), "no path lands on a lamp");
-    // Clear of the surface that the point lies on, whichever side of it faces the normal.
-    let origin = point + normal * (4.0 * ROUNDING * bvh.scale());
+    let walk = Walk { scene, bvh, lights: None };
+    let origin = above(bvh, point, normal);
     let blocks: Vec<(Rgb, Rgb)> = (0..paths.div_ceil(BLOCK))
         .into_par_iter()
         .map(|block| {
             let count = BLOCK.min(paths - block * BLOCK);
-            let noise = Noise::new(origin, block);
-            sums(&follow(scene, bvh, origin, normal, count, noise))
+            let mut noise = Noise::new(origin, block);
+            let ends = (0..count as usize)
+                .map(|path| End {
+                    path,
+                    origin,
+                    direction: diffuse(normal, noise.square()),
+                    own: None,
+                    weight: Rgb::ONE,
+                    emission: Emission::Counts,
+                })
+                .collect();
+            sums(&walk.follow(ends, Vec::new(), noise).0)
         })
         .collect();
     let n = f64::from(paths);
@@ -52,6 +83,126 @@ fn sums(found: &[Rgb]) -> (Rgb, Rgb) {
     (found.iter().sum(), found.iter().map(|h| h * h).sum())
 }
 
+/// Mean of the means of blocks, and its standard error.
+fn of_blocks(blocks: &[Rgb]) -> (Rgb, Rgb) {
+    let n = blocks.len() as f64;
+    let mean = blocks.iter().sum::<Rgb>() / n;
+    let squares: Rgb = blocks.iter().map(|b| (b - mean) * (b - mean)).sum();
+    (mean, (squares / (n * (n - 1.0))).map(f64::sqrt))
+}
+
+/// Clear of the surface that the point lies on, whichever side of it faces the normal.
+fn above(bvh: &Bvh, point: DVec3, normal: DVec3) -> DVec3 {
+    point + normal * (4.0 * ROUNDING * bvh.scale())
+}
+
+/// Paths that are led to what emits.
+pub struct Paths<'a>(Walk<'a>);
+
+impl<'a> Paths<'a> {
+    pub fn led(scene: &'a Scene, bvh: &'a Bvh) -> Self {
+        Self(Walk { scene, bvh, lights: Some(Lights::new(scene)) })
+    }
+
+    /// Irradiance (W/m² or lx) at a point (m) on or before a surface of that unit normal, and its
+    /// standard error. Paths are followed until that of luminance is at most `error` (W/m² or lx)
+    /// or, if that is more, `share` of what was found, but no more than `most`. The same for any
+    /// number of threads.
+    pub fn irradiance(
+        &self,
+        point: DVec3,
+        normal: DVec3,
+        (error, share): (f64, f64),
+        most: u32,
+    ) -> (Rgb, Rgb) {
+        let origin = above(self.0.bvh, point, normal);
+        self.until((error, share), most, |block| self.block(origin, normal, block))
+    }
+
+    /// Which share of the emitters that a point faces is hidden from it, asked at `count` points of
+    /// them; `None` if it faces less than a quarter of these.
+    pub fn hidden(
+        &self,
+        point: DVec3,
+        normal: DVec3,
+        count: usize,
+        noise: &mut Noise,
+    ) -> Option<f64> {
+        let lights = self.0.lights.as_ref()?;
+        let (mut faced, mut hidden) = (0, 0);
+        for k in 0..count {
+            let choice = (k as f64 + noise.next()) / count as f64;
+            let spot = lights.spot(self.0.scene, choice, noise.square())?;
+            if spot.arriving(point, normal) != Rgb::ZERO {
+                faced += 1;
+                hidden += usize::from(self.0.bvh.blocks(point, spot.position));
+            }
+        }
+        (4 * faced >= count).then_some(hidden as f64 / f64::from(faced as u32))
+    }
+
+    /// Follows blocks of paths, each with its mean, until the standard error is small enough.
+    fn until(
+        &self,
+        (error, share): (f64, f64),
+        most: u32,
+        block: impl Fn(u32) -> Rgb + Sync,
+    ) -> (Rgb, Rgb) {
+        let per_block = (STRATA * STRATA) as u32;
+        let mut blocks: Vec<Rgb> = Vec::new();
+        loop {
+            let done = blocks.len() as u32;
+            // As many more as are likely to suffice, within limits.
+            let more = BLOCKS.max(done.min(16 * BLOCKS));
+            let new: Vec<Rgb> = (done..done + more).into_par_iter().map(&block).collect();
+            blocks.extend(new);
+            let (mean, deviation) = of_blocks(&blocks);
+            let enough = luminance(deviation) <= error.max(share * luminance(mean));
+            if enough || blocks.len() as u32 * per_block >= most {
+                return (mean, deviation);
+            }
+        }
+    }
+
+    /// Mean over a stratified block of paths from a point.
+    fn block(&self, origin: DVec3, normal: DVec3, block: u32) -> Rgb {
+        let mut noise = Noise::new(origin, block);
+        let count = STRATA * STRATA;
+        let mut shadows = Vec::new();
+        let choice = noise.next();
+        let mut ends = Vec::with_capacity(count);
+        for path in 0..count {
+            let direction = diffuse(normal, noise.stratum(path, STRATA));
+            let emission = Emission::Shared(direction.dot(normal) / PI);
+            ends.push(End { path, origin, direction, own: None, weight: Rgb::ONE, emission });
+            // Bits of the number in reverse: even however many come together.
+            let even = f64::from((path as u32).reverse_bits()) / 2_f64.powi(32);
+            let from = Place { path, origin, normal, own: None, weight: Rgb::ONE };
+            let choice = Some((even + choice).fract());
+            self.0.look(&from, choice, &mut noise, &mut shadows);
+        }
+        self.0.follow(ends, shadows, noise).0.iter().sum::<Rgb>() / count as f64
+    }
+}
+
+/// What paths go through.
+struct Walk<'a> {
+    scene: &'a Scene,
+    bvh: &'a Bvh,
+    /// What paths are led to, if they are.
+    lights: Option<Lights>,
+}
+
+/// How the emission of what a path meets next counts.
+#[derive(Clone, Copy)]
+enum Emission {
+    Counts,
+    /// As far as it was not looked for, with the density of the path's direction.
+    Shared(f64),
+    /// Apart from all else.
+    Apart,
+}
+
 /// The end of a path that goes on.
 struct End {
     /// Which path.
@@ -61,108 +212,174 @@ struct End {
     own: Option<u32>,
     /// What the path brings of what it meets next.
     weight: Rgb,
+    emission: Emission,
 }
 
-/// What each of `count` paths brings.
-fn follow(
-    scene: &Scene,
-    bvh: &Bvh,
+/// Where a path is, and what it brings of the irradiance there.
+struct Place {
+    path: usize,
     origin: DVec3,
     normal: DVec3,
-    count: u32,
-    mut noise: Noise,
-) -> Vec<Rgb> {
-    let mut found = vec![Rgb::ZERO; count as usize];
-    let mut ends: Vec<End> = (0..found.len())
-        .map(|path| {
-            let direction = noise.diffuse(normal);
-            End { path, origin, direction, own: None, weight: Rgb::ONE }
-        })
-        .collect();
-    while !ends.is_empty() {
-        let mut packets = vec![Packet::EMPTY; ends.len().div_ceil(LANES)];
-        for (i, e) in ends.iter().enumerate() {
-            let (origin, direction) = (bvh.local(e.origin), e.direction.as_vec3());
-            packets[i / LANES].set(i % LANES, origin, direction, f32::INFINITY, e.own);
-        }
-        let mut hits = vec![Hits::NONE; packets.len()];
-        bvh.closest(&packets, &mut hits);
-        let mut i = 0;
-        ends.retain_mut(|e| {
-            let (hits, l) = (&hits[i / LANES], i % LANES);
-            i += 1;
-            let item = hits.item[l];
-            if item == NOTHING {
-                found[e.path] += e.weight * scene.sky * PI;
-                return false;
+    own: Option<u32>,
+    weight: Rgb,
+}
+
+/// What a path brings if nothing is in the way.
+struct Shadow {
+    path: usize,
+    origin: DVec3,
+    own: Option<u32>,
+    way: DVec3,
+    ends: bool,
+    brings: Rgb,
+}
+
+impl Walk<'_> {
+    /// What each path brings, and what it meets first that emits, if that counts apart.
+    fn follow(
+        &self,
+        mut ends: Vec<End>,
+        mut shadows: Vec<Shadow>,
+        mut noise: Noise,
+    ) -> (Vec<Rgb>, Vec<Rgb>) {
+        let (scene, bvh) = (self.scene, self.bvh);
+        let mut found = vec![Rgb::ZERO; ends.len()];
+        let mut apart = vec![Rgb::ZERO; ends.len()];
+        self.shine(&mut shadows, &mut found);
+        while !ends.is_empty() {
+            let mut packets = vec![Packet::EMPTY; ends.len().div_ceil(LANES)];
+            for (i, e) in ends.iter().enumerate() {
+                let (origin, direction) = (bvh.local(e.origin), e.direction.as_vec3());
+                packets[i / LANES].set(i % LANES, origin, direction, f32::INFINITY, e.own);
             }
-            let triangle = bvh.ids()[item as usize / 2];
-            let uv = [hits.u[l].into(), hits.v[l].into()];
-            found[e.path] += e.weight * arrive(scene, triangle, item, uv, e, &mut noise);
-            e.weight != Rgb::ZERO
-        });
-    }
-    found
-}
-
-/// Lands a path on one side of a triangle and sends it on, or ends it with no weight. Returns what
-/// that side emits (exitance).
-fn arrive(
-    scene: &Scene,
-    triangle: TriangleId,
-    item: u32,
-    [u, v]: [f64; 2],
-    end: &mut End,
-    noise: &mut Noise,
-) -> Rgb {
-    let side = if item & 1 == 1 { Side::Back } else { Side::Front };
-    let (g, optics) = (&scene.geometry, &scene.optics);
-    let rho =
-        if g.exchanges(triangle, side) { optics.reflectance[triangle.index()] } else { Rgb::ZERO };
-    let goes_on = rho.max_element();
-    if noise.next() >= goes_on {
-        end.weight = Rgb::ZERO;
-    } else {
-        let [a, b, c] = g.corners(triangle);
-        end.weight *= rho / goes_on;
-        end.origin = a + (b - a) * u + (c - a) * v;
-        end.direction = noise.diffuse(g.normal(triangle, side));
-        end.own = Some(item / 2);
-    }
-    optics.emission(triangle, side)
-}
-
-/// Numbers that look random (Steele, Lea & Flood 2014, "Fast splittable pseudorandom number
-/// generators").
-struct Noise(u64);
-
-impl Noise {
-    /// Others for each place and block.
-    fn new(place: DVec3, block: u32) -> Self {
-        let mut noise = Self(u64::from(block));
-        for x in place.to_array() {
-            noise.0 = noise.bits() ^ x.to_bits();
+            let mut hits = vec![Hits::NONE; packets.len()];
+            bvh.closest(&packets, &mut hits);
+            let mut i = 0;
+            ends.retain_mut(|e| {
+                let (hits, l) = (&hits[i / LANES], i % LANES);
+                i += 1;
+                let item = hits.item[l];
+                if item == NOTHING {
+                    found[e.path] += e.weight * scene.sky * PI;
+                    return false;
+                }
+                let triangle = bvh.ids()[item as usize / 2];
+                let side = if item & 1 == 1 { Side::Back } else { Side::Front };
+                let distance = f64::from(hits.distance[l]) * bvh.scale();
+                let emitted = match scene.geometry.exchanges(triangle, side) {
+                    true => scene.optics.emission(triangle, side),
+                    false => Rgb::ZERO,
+                };
+                if emitted != Rgb::ZERO {
+                    match e.emission {
+                        Emission::Counts => found[e.path] += e.weight * emitted,
+                        Emission::Apart => apart[e.path] += emitted,
+                        Emission::Shared(density) => {
+                            let normal = scene.geometry.normal(triangle, side);
+                            let cos = -normal.dot(e.direction);
+                            let share = density / (density + self.led(emitted, distance, cos));
+                            found[e.path] += e.weight * emitted * share;
+                        }
+                    }
+                }
+                let uv = [hits.u[l].into(), hits.v[l].into()];
+                self.go_on(e, (triangle, side, item), uv, &mut noise, &mut shadows)
+            });
+            self.shine(&mut shadows, &mut found);
         }
-        noise
+        (found, apart)
     }
 
-    fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
+    /// Density of directions with which a point that emits is looked for.
+    fn led(&self, emitted: Rgb, distance: f64, cos: f64) -> f64 {
+        let density = self.lights.as_ref().map_or(0.0, |l| l.density(emitted));
+        density * distance * distance / cos.max(1e-12)
     }
 
-    /// In 0..1.
-    fn next(&mut self) -> f64 {
-        (self.bits() >> 11) as f64 / (1_u64 << 53) as f64
+    /// Sends a path on from where it lands, or ends it.
+    fn go_on(
+        &self,
+        end: &mut End,
+        (triangle, side, item): (TriangleId, Side, u32),
+        [u, v]: [f64; 2],
+        noise: &mut Noise,
+        shadows: &mut Vec<Shadow>,
+    ) -> bool {
+        let (g, optics) = (&self.scene.geometry, &self.scene.optics);
+        let rho = match g.exchanges(triangle, side) {
+            true => optics.reflectance[triangle.index()],
+            false => Rgb::ZERO,
+        };
+        let goes_on = rho.max_element();
+        if goes_on <= 0.0 {
+            return false;
+        }
+        let [a, b, c] = g.corners(triangle);
+        end.origin = a + (b - a) * u + (c - a) * v;
+        end.own = Some(item / 2);
+        let normal = g.normal(triangle, side);
+        let from = Place {
+            path: end.path,
+            origin: end.origin,
+            normal,
+            own: end.own,
+            weight: end.weight * rho,
+        };
+        self.look(&from, None, noise, shadows);
+        if noise.next() >= goes_on {
+            return false;
+        }
+        end.weight *= rho / goes_on;
+        end.direction = diffuse(normal, noise.square());
+        end.emission = match self.lights {
+            Some(_) => Emission::Shared(end.direction.dot(normal) / PI),
+            None => Emission::Counts,
+        };
+        true
     }
 
-    /// A unit direction of density cos θ / π about a unit normal.
-    fn diffuse(&mut self, normal: DVec3) -> DVec3 {
-        let (u, (sin, cos)) = (self.next(), (TAU * self.next()).sin_cos());
-        let (x, y) = normal.any_orthonormal_pair();
-        let local = DVec3::new(u.sqrt() * cos, u.sqrt() * sin, (1.0 - u).sqrt());
-        DMat3::from_cols(x, y, normal) * local
+    /// Looks from a place to a point of an emitter and to all lamps.
+    fn look(
+        &self,
+        from: &Place,
+        choice: Option<f64>,
+        noise: &mut Noise,
+        shadows: &mut Vec<Shadow>,
+    ) {
+        let Some(lights) = &self.lights else { return };
+        let &Place { path, origin, normal, own, weight } = from;
+        let mut add = |arriving: Rgb, way: DVec3, ends: bool| {
+            if arriving != Rgb::ZERO {
+                shadows.push(Shadow { path, origin, own, way, ends, brings: weight * arriving });
+            }
+        };
+        let choice = choice.unwrap_or_else(|| noise.next());
+        if let Some(spot) = lights.spot(self.scene, choice, noise.square()) {
+            add(spot.arriving(origin, normal), spot.position - origin, true);
+        }
+        for (arriving, way, ends) in lights.lamps(origin, normal) {
+            add(arriving, way, ends);
+        }
+    }
+
+    /// Adds what is not in the shadow of anything.
+    fn shine(&self, shadows: &mut Vec<Shadow>, found: &mut [Rgb]) {
+        let bvh = self.bvh;
+        let mut packets = vec![Packet::EMPTY; shadows.len().div_ceil(LANES)];
+        for (i, s) in shadows.iter().enumerate() {
+            let from = bvh.local(s.origin);
+            let (way, far) = match s.ends {
+                true => (bvh.local(bvh.approach(s.origin + s.way, -s.way)) - from, 1.0),
+                false => (s.way.as_vec3(), f32::INFINITY),
+            };
+            packets[i / LANES].set(i % LANES, from, way, far, s.own);
+        }
+        let mut blocked = vec![0; packets.len()];
+        bvh.blocked(&packets, &mut blocked);
+        for (i, s) in shadows.drain(..).enumerate() {
+            if blocked[i / LANES] >> (i % LANES) & 1 == 0 {
+                found[s.path] += s.brings;
+            }
+        }
     }
 }
