@@ -5,6 +5,9 @@
 pub mod compare;
 pub mod contour;
 pub mod engines;
+pub mod furnished;
+pub mod hard;
+pub mod known;
 pub mod meshes;
 pub mod paths;
 pub mod published;
