@@ -13,31 +13,24 @@
 //! Errors are of luminance, in % of the mean (blocks where emitters are seen: of the mean of those,
 //! as edges of emitters are an error of another kind); seconds are of the processor, all cores together.
 
-#![allow(clippy::print_stdout, clippy::expect_used, reason = "an example")]
+#![allow(clippy::print_stdout, clippy::unwrap_used, reason = "an example")]
 
 #[path = "../../tests/common/mod.rs"]
 mod common;
 
-use std::error::Error;
 use std::path::{Path, PathBuf};
 
 use common::furnished::{as_obj, furnished};
 use common::hard::Kind;
+use common::judge::{
+    BLOCK, BlockFigures, Figures, Outcome, Seconds, blocks, mean_reflected, measured, off, pictured,
+};
 use common::known::{self, Known};
 use common::paths::Block;
-use hemicube::engines::{EngineOptions, RaysOptions};
 use hemicube::export::write_png;
-use hemicube::gather::{Estimate, GatherOptions, Place, Probe};
-use hemicube::patches::Patches;
-use hemicube::progress::Silent;
-use hemicube::render::{Picture, PictureOptions, Renderer};
-use hemicube::scene::{Camera, ImportOptions, Rgb, Scene, builtin, load, luminance};
-use hemicube::solution::{LightOptions, MANY_SIDES};
-
-/// Pixels along a side of a block.
-const BLOCK: usize = 8;
-
-type Outcome<T> = Result<T, Box<dyn Error>>;
+use hemicube::gather::{Estimate, GatherOptions, Place};
+use hemicube::render::Picture;
+use hemicube::scene::{ImportOptions, Rgb, Scene, builtin, load, luminance};
 
 fn main() -> Outcome<()> {
     let args: Vec<String> = std::env::args().skip(1).collect();
@@ -63,7 +56,7 @@ fn main() -> Outcome<()> {
     let exact = number("--exact", 0.15)? / 100.0;
     if !has("--no-points") {
         let (each, least) = (number("--each", 60.0)? as usize, number("--least", 300.0)? as usize);
-        let known = known::points_kept(&scene, (each, least), exact, &kept("points"));
+        let known = known::points_kept(&scene, (each, least), exact, &kept("points"), true);
         let usual = GatherOptions::default();
         let options = GatherOptions {
             samples: number("--rays", usual.samples as f64)? as usize,
@@ -78,11 +71,12 @@ fn main() -> Outcome<()> {
         let (width, height) = size.split_once('x').ok_or("--size WxH")?;
         let size = (width.parse()?, height.parse()?);
         let camera = &hemicube::View::of(&scene)?.camera;
-        let known = known::picture_kept(&scene, camera, size, BLOCK, 4.0 * exact, &kept("picture"));
+        let known =
+            known::picture_kept(&scene, camera, size, BLOCK, 4.0 * exact, &kept("picture"), true);
         let (picture, seconds) = pictured(&scene, camera, size, error)?;
-        let of_picture = blocks(&picture, size);
+        let of_picture = blocks(&picture);
         say_picture(&known, &of_picture, size, seconds);
-        let key = 0.3 / mean(&known);
+        let key = 0.3 / mean_reflected(&known);
         if let Some(path) = of("--truth") {
             let show = |b: &Block| (b.reflected + b.emitted) * key;
             write_png(Path::new(path), &shown(known.iter().map(show), size))?;
@@ -90,7 +84,7 @@ fn main() -> Outcome<()> {
         if let Some(path) = of("--difference") {
             // Mid-grey is no difference; 5 % of the mean is all there is to see.
             let off = known.iter().zip(&of_picture).map(|(k, b)| *b - k.reflected - k.emitted);
-            let show = |d: Rgb| Rgb::splat(0.2) + d * (0.2 / (0.05 * mean(&known)));
+            let show = |d: Rgb| Rgb::splat(0.2) + d * (0.2 / (0.05 * mean_reflected(&known)));
             write_png(Path::new(path), &shown(off.map(show), size))?;
         }
     }
@@ -108,60 +102,7 @@ fn scene_of(name: &str) -> Outcome<Scene> {
     }
 }
 
-/// What `hemicube probe` finds, and what that takes.
-fn measured(
-    scene: &Scene,
-    known: &[Known],
-    error: Option<f64>,
-    options: GatherOptions,
-) -> Outcome<(Vec<Estimate>, [f64; 2])> {
-    let probes: Vec<Probe> =
-        known.iter().map(|k| Probe { point: k.placed.point, normal: k.placed.normal }).collect();
-    let start = processor_seconds();
-    let small = scene.geometry.len() as u64 <= MANY_SIDES / 2 && error.is_none();
-    let light = LightOptions {
-        patch_size: small.then(|| Patches::area_adding(&scene.geometry, 40_000)),
-        engine: EngineOptions::Rays(RaysOptions { samples: 512, seed: 0 }),
-        error,
-        memory: 8 << 30,
-        ..LightOptions::default()
-    };
-    let lit = scene.light(&light, &Silent)?;
-    let between = processor_seconds();
-    let found = lit.probe(&probes, options, &Silent)?;
-    Ok((found, [between - start, processor_seconds() - between]))
-}
-
-/// What `hemicube render` shows, as radiance, and what that takes.
-fn pictured(
-    scene: &Scene,
-    camera: &Camera,
-    (width, height): (usize, usize),
-    error: Option<f64>,
-) -> Outcome<(Picture, [f64; 2])> {
-    let start = processor_seconds();
-    let light = LightOptions { error, memory: 8 << 30, ..LightOptions::default() };
-    let lit = scene.light(&light, &Silent)?;
-    let between = processor_seconds();
-    let options = PictureOptions { width, height, ..PictureOptions::default() };
-    let field = lit.field();
-    let renderer = Renderer::new(scene, &field);
-    let radiance = |s: &hemicube::render::Sight| s.radiance.to_array().map(|x| x as f32);
-    let picture = renderer.render(camera, &options, radiance, &Silent)?;
-    Ok((picture, [between - start, processor_seconds() - between]))
-}
-
-/// Seconds of all processors that this program has used.
-fn processor_seconds() -> f64 {
-    const TICKS: f64 = 100.0;
-    let text = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
-    // The name of the program, in parentheses, may have spaces.
-    let rest = text.rsplit(')').next().unwrap_or_default();
-    let ticks = rest.split_whitespace().skip(11).take(2);
-    ticks.filter_map(|t| t.parse::<f64>().ok()).sum::<f64>() / TICKS
-}
-
-fn say_points(known: &[Known], found: &[Estimate], seconds: [f64; 2], worst: usize) {
+fn say_points(known: &[Known], found: &[Estimate], seconds: Seconds, worst: usize) {
     let mean = known::mean(known);
     println!(
         "points: mean {mean:.4}; light {:.2} s, points {:.2} s ({:.2} ms each)",
@@ -172,26 +113,16 @@ fn say_points(known: &[Known], found: &[Estimate], seconds: [f64; 2], worst: usi
     println!("           number  left out    RMS %  worst %   bias %  within %  paths' RMS %");
     let all: Vec<(&Known, &Estimate)> = known.iter().zip(found).collect();
     let line = |name: &str, of: &[(&Known, &Estimate)]| {
-        let free: Vec<_> = of.iter().filter(|(_, e)| e.place == Place::Free).collect();
-        if free.is_empty() {
+        let f = Figures::of(of, mean);
+        if f.free == 0 {
             return;
         }
-        let n = free.len() as f64;
-        let off: Vec<f64> = free.iter().map(|(k, e)| off(k, e) / mean).collect();
-        let rms = (off.iter().map(|o| o * o).sum::<f64>() / n).sqrt();
-        let worst = off.iter().fold(0.0_f64, |w, o| w.max(o.abs()));
-        let bias = off.iter().sum::<f64>() / n;
-        let within = free.iter().filter(|(k, e)| within(k, e)).count() as f64 / n;
-        let own = free.iter().map(|(k, _)| (luminance(k.error) / mean).powi(2)).sum::<f64>() / n;
+        let [rms, worst, bias, within, own] =
+            [f.rms, f.worst, f.bias, f.within, f.own].map(|x| 100.0 * x);
         println!(
-            "{name:10} {:6} {:9} {:8.2} {:8.2} {:+8.2} {:9.1} {:13.2}",
-            of.len(),
-            of.len() - free.len(),
-            100.0 * rms,
-            100.0 * worst,
-            100.0 * bias,
-            100.0 * within,
-            100.0 * own.sqrt()
+            "{name:10} {:6} {:9} {rms:8.2} {worst:8.2} {bias:+8.2} {within:9.1} {own:13.2}",
+            f.count,
+            f.count - f.free
         );
     };
     line("all", &all);
@@ -210,74 +141,30 @@ fn say_points(known: &[Known], found: &[Estimate], seconds: [f64; 2], worst: usi
             luminance(e.irradiance),
             luminance(e.error),
             luminance(k.irradiance),
-            luminance(k.error)
+            k.error
         );
     }
 }
 
-fn off(k: &Known, e: &Estimate) -> f64 {
-    luminance(e.irradiance) - luminance(k.irradiance)
-}
-
-/// Whether the truth lies within what is stated, as far as paths know the truth.
-fn within(k: &Known, e: &Estimate) -> bool {
-    off(k, e).abs() <= luminance(e.error).hypot(1.96 * luminance(k.error))
-}
-
-/// Mean of what is reflected.
-fn mean(known: &[Block]) -> f64 {
-    known.iter().map(|b| luminance(b.reflected)).sum::<f64>() / known.len() as f64
-}
-
-/// Means over blocks of a picture.
-fn blocks(picture: &Picture, (width, height): (usize, usize)) -> Vec<Rgb> {
-    let columns = width.div_ceil(BLOCK);
-    let mut sums = vec![(Rgb::ZERO, 0.0); columns * height.div_ceil(BLOCK)];
-    for (i, pixel) in picture.pixels.iter().enumerate() {
-        let (sum, count) = &mut sums[i / width / BLOCK * columns + i % width / BLOCK];
-        *sum += Rgb::from_array(pixel.map(f64::from));
-        *count += 1.0;
-    }
-    sums.into_iter().map(|(sum, count)| sum / count).collect()
-}
-
-fn say_picture(known: &[Block], found: &[Rgb], (width, height): (usize, usize), seconds: [f64; 2]) {
-    let mean_of_all = mean(known);
+fn say_picture(known: &[Block], found: &[Rgb], (width, height): (usize, usize), seconds: Seconds) {
     println!(
-        "picture {width}x{height}: mean {mean_of_all:.4}; light {:.2} s, picture {:.2} s",
-        seconds[0], seconds[1]
+        "picture {width}x{height}: mean {:.4}; light {:.2} s, picture {:.2} s",
+        mean_reflected(known),
+        seconds[0],
+        seconds[1]
     );
     println!("           blocks    RMS %  median %  worst %  at pixel   paths' RMS %");
     let columns = width.div_ceil(BLOCK);
     for (name, emitters) in [("reflecting", false), ("emitting", true)] {
-        let all = |k: &Block| luminance(k.reflected + k.emitted);
-        let of: Vec<(usize, &Block)> = known.iter().enumerate().collect();
-        let is = |(_, k): &(usize, &Block)| (k.emitted != Rgb::ZERO) == emitters;
-        let of: Vec<(usize, &Block)> = of.into_iter().filter(is).collect();
-        let mean = match emitters {
-            true => of.iter().map(|(_, k)| all(k)).sum::<f64>() / of.len() as f64,
-            false => mean_of_all,
-        };
-        let mut off: Vec<(f64, usize)> =
-            of.iter().map(|&(i, k)| ((luminance(found[i]) - all(k)) / mean, i)).collect();
-        let own: f64 = of.iter().map(|(_, k)| (luminance(k.error) / mean).powi(2)).sum();
-        if off.is_empty() {
-            continue;
+        let f = BlockFigures::of(known, found, emitters);
+        if f.count > 0 {
+            let [rms, median, worst, own] = [f.rms, f.median, f.worst, f.own].map(|x| 100.0 * x);
+            let [x, y] = [f.at % columns * BLOCK, f.at / columns * BLOCK];
+            println!(
+                "{name:10} {:6} {rms:8.2} {median:9.2} {worst:+8.2}  {x:4},{y:<4} {own:13.2}",
+                f.count
+            );
         }
-        let n = off.len() as f64;
-        let rms = (off.iter().map(|o| o.0 * o.0).sum::<f64>() / n).sqrt();
-        off.sort_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
-        let (worst, at) = off[off.len() - 1];
-        println!(
-            "{name:10} {:6} {:8.2} {:9.2} {:+8.2}  {:4},{:<4} {:13.2}",
-            off.len(),
-            100.0 * rms,
-            100.0 * off[off.len() / 2].0.abs(),
-            100.0 * worst,
-            at % columns * BLOCK,
-            at / columns * BLOCK,
-            100.0 * (own / n).sqrt()
-        );
     }
 }
 

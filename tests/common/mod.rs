@@ -7,6 +7,7 @@ pub mod contour;
 pub mod engines;
 pub mod furnished;
 pub mod hard;
+pub mod judge;
 pub mod known;
 pub mod meshes;
 pub mod paths;

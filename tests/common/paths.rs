@@ -29,7 +29,7 @@ use rayon::prelude::*;
 
 use lights::Lights;
 pub use noise::{Noise, diffuse};
-pub use pictures::Block;
+pub use pictures::{Block, Face};
 
 /// Paths that are followed together. Sums are made in the order of these blocks, whatever thread
 /// they come from.

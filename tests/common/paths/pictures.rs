@@ -20,6 +20,14 @@ pub struct Block {
     pub emitted: Rgb,
 }
 
+/// What is seen in a pixel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Face {
+    /// Index of the surface.
+    pub surface: u32,
+    pub normal: DVec3,
+}
+
 impl Paths<'_> {
     /// What a camera sees in blocks of `size` x `size` pixels, row by row from the top, of a
     /// picture of `width` x `height` pixels; those at the right and at the bottom may be smaller.
@@ -44,6 +52,49 @@ impl Paths<'_> {
                 self.seen(&rays, k, error, most)
             })
             .collect()
+    }
+
+    /// What a camera sees in one pixel of such a picture.
+    pub fn pixel(
+        &self,
+        camera: &Camera,
+        size: (usize, usize),
+        [x, y]: [usize; 2],
+        error: f64,
+        most: u32,
+    ) -> Block {
+        let rays = Rays::new(camera, size, [x, y], [x + 1, y + 1]);
+        self.seen(&rays, y * size.0 + x, error, most)
+    }
+
+    /// The side that fills each pixel of such a picture as far as its corners and its middle tell;
+    /// `None` where they see different surfaces, or such as face elsewhere.
+    pub fn faces(&self, camera: &Camera, size: (usize, usize)) -> Vec<Option<Face>> {
+        (0..size.0 * size.1)
+            .into_par_iter()
+            .map(|i| {
+                let corner = [i % size.0, i / size.0];
+                let rays = Rays::new(camera, size, corner, corner.map(|k| k + 1));
+                let at = |[x, y]: [f64; 2]| self.face(rays.eye, rays.direction(x, y));
+                let middle = at([0.5; 2])?;
+                let alike = |[x, y]: [f64; 2]| {
+                    at([x, y]).is_some_and(|f| {
+                        f.surface == middle.surface && f.normal.dot(middle.normal) > 0.9999
+                    })
+                };
+                [[0.0, 0.0], [0.0, 1.0], [1.0, 0.0], [1.0, 1.0]]
+                    .into_iter()
+                    .all(alike)
+                    .then_some(middle)
+            })
+            .collect()
+    }
+
+    fn face(&self, eye: DVec3, direction: DVec3) -> Option<Face> {
+        let met = self.0.bvh.see(eye, direction, None)?;
+        let g = &self.0.scene.geometry;
+        let surface = g.surface_of[met.triangle.index()];
+        Some(Face { surface, normal: g.normal(met.triangle, met.side) })
     }
 
     fn seen(&self, rays: &Rays, block: usize, error: f64, most: u32) -> Block {
