@@ -2,7 +2,7 @@
 //!
 //! `cargo run --release --example points_and_pictures -- SCENE [--each N] [--least N] [--rays N]
 //! [--shadow N] [--error PERCENT] [--exact PERCENT] [--size WxH] [--worst N] [--no-points]
-//! [--no-picture] [--difference FILE.png] [--truth FILE.png] [--obj FILE.obj]`
+//! [--no-picture] [--difference FILE.png] [--truth FILE.png] [--picture FILE.png] [--obj FILE.obj]`
 //!
 //! SCENE is a built-in scene, a model, or `furnished[:DETAIL]`, a room of about 8,000 triangles
 //! (`--obj` also writes it). Points are up to N (60) of each kind and at least 300 in all, as
@@ -30,6 +30,7 @@ use common::paths::Block;
 use hemicube::export::write_png;
 use hemicube::gather::{Estimate, GatherOptions, Place};
 use hemicube::render::Picture;
+use hemicube::tone::Tone;
 use hemicube::scene::{ImportOptions, Rgb, Scene, builtin, load, luminance};
 
 fn main() -> Outcome<()> {
@@ -77,6 +78,14 @@ fn main() -> Outcome<()> {
         let of_picture = blocks(&picture);
         say_picture(&known, &of_picture, size, seconds);
         let key = 0.3 / mean_reflected(&known);
+        if let Some(path) = of("--picture") {
+            let show = |p: &[f32; 3]| {
+                let radiance = Rgb::from_array(p.map(f64::from));
+                Tone::Agx.map(radiance * (0.18 / mean_reflected(&known)))
+            };
+            let pixels = picture.pixels.iter().map(show).collect();
+            write_png(Path::new(path), &Picture { pixels, ..picture.clone() })?;
+        }
         if let Some(path) = of("--truth") {
             let show = |b: &Block| (b.reflected + b.emitted) * key;
             write_png(Path::new(path), &shown(known.iter().map(show), size))?;

@@ -94,8 +94,9 @@ impl Gatherer<'_> {
             return Some((Rgb::ZERO, (PatchId(0), Rgb::ZERO)));
         };
         let radius = f64::from(self.radii[id.index()]);
-        let near = (NEAR[1] - distance / radius) / (NEAR[1] - NEAR[0]);
-        let is_near = rho != Rgb::ZERO && near > 0.0 && turns < TURNS;
+        let n = [crate::knob!("NEAR0", 1.0), crate::knob!("NEAR1", 2.0)];
+        let near = (n[1] - distance / radius) / (n[1] - n[0]);
+        let is_near = rho != Rgb::ZERO && near > 0.0 && turns < crate::knob!("TURNS", 4.0) as usize;
         if is_near && (near >= 1.0 || chance() < near) {
             return None;
         }
@@ -177,9 +178,9 @@ impl Gatherer<'_> {
         self.emitters.look(receivers, work);
         for (l, receiver) in landings.iter().zip(receivers) {
             let from = self.bvh.local(l.start);
-            self.emitters.one_each(receiver, random, work, |light, to| {
+            if let Some((light, to)) = self.emitters.one(receiver, random, work) {
                 segments.push((l.sum, l.weight * light, from, self.bvh.local(to) - from));
-            });
+            }
         }
         let mut packets = vec![Packet::EMPTY; segments.len().div_ceil(LANES)];
         for (i, (_, _, from, way)) in segments.iter().enumerate() {

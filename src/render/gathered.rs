@@ -157,7 +157,7 @@ impl Renderer<'_> {
                     let before = spots.len();
                     gathering.pixel(
                         own,
-                        |s| eye.width(s),
+                        (eye.camera.eye, |s| eye.width(s)),
                         ((band.start + y) * w + x) as u64,
                         &mut of_sample[pixel * n * n..][..n * n],
                         &mut spots,

@@ -24,8 +24,9 @@ pub(super) struct Spot {
     /// What arrives by way of other surfaces, by so many rays.
     pub reflected: Reflected,
     pub rays: u32,
-    /// Width of a pixel there, m.
+    /// Width of a pixel there, m, and the cosine at which it is seen.
     pub width: f64,
+    pub facing: f64,
 }
 
 /// Number of a sample that has no spot.
@@ -114,7 +115,7 @@ impl<'a> Gathering<'a> {
     pub fn pixel(
         &mut self,
         samples: &[Option<Sample>],
-        width: impl Fn(&Sample) -> f64,
+        (eye, width): (DVec3, impl Fn(&Sample) -> f64),
         seed: u64,
         of_sample: &mut [u8],
         spots: &mut Vec<Spot>,
@@ -157,6 +158,7 @@ impl<'a> Gathering<'a> {
                 reflected: Reflected::default(),
                 rays: 0,
                 width: width(s),
+                facing: s.face.dot((eye - s.position).normalize_or_zero()).abs(),
             });
         }
     }
@@ -177,7 +179,7 @@ impl<'a> Gathering<'a> {
             spot.direct = *direct;
         }
         let mut rest: Vec<usize> = (0..spots.len()).collect();
-        for table in self.tables {
+        for table in &self.tables[..crate::knob!("LOOKS", 3.0) as usize] {
             let points: Vec<Receiving> = rest
                 .iter()
                 .map(|&i| Receiving {
@@ -189,7 +191,9 @@ impl<'a> Gathering<'a> {
             for (&i, found) in rest.iter().zip(&self.reflected) {
                 spots[i].add(found, table.points() as u32);
             }
-            rest.retain(|&i| spots[i].needs() > 2.0 * f64::from(spots[i].rays));
+            rest.retain(|&i| {
+                spots[i].needs() > crate::knob!("SLACK", 1.5) * f64::from(spots[i].rays)
+            });
         }
         self.receiving.clear();
         self.members.clear();
@@ -213,12 +217,12 @@ impl Spot {
 
     /// Radius that it is smoothed over, m.
     pub fn radius(&self) -> f64 {
-        (SMOOTHED * self.reflected.reach).min(WIDEST * self.width)
+        (crate::knob!("SMOOTHED", 0.5) * self.reflected.reach).min(WIDEST * self.width)
     }
 
     /// Rays that it should have, as few pixels around it may share theirs.
     fn needs(&self) -> f64 {
         let radius = self.radius() / self.width;
-        WANTED / (1.0 + radius * radius)
+        crate::knob!("WANTED", 1024.0) / (1.0 + radius * radius * self.facing)
     }
 }

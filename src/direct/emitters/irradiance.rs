@@ -135,7 +135,7 @@ impl Emitters<'_> {
         let away = (centre - receiver.middle.0).length() - reach;
         let radius = f64::from(receiver.radius) * self.bvh.scale();
         let middle = [receiver.middle];
-        let points = if away > FAR * radius { &middle } else { &receiver.points[..] };
+        let points = if away > FAR * radius { &middle } else { receiver.points() };
         let mut sum = Rgb::ZERO;
         for (at, normal) in points {
             let (mut far, mut some_near) = ([0.0; 3], false);

@@ -13,11 +13,15 @@ const LARGEST: f32 = 0.15;
 /// of which they find much.
 const LARGEST_OF_POINT: f32 = 0.3;
 
+/// Points that stand for a patch.
+const POINTS: usize = 4;
+
 /// Where direct light is wanted: all over a patch, or at a point.
 #[derive(Debug, Clone)]
 pub struct Receiver {
     /// Points that the unoccluded irradiance is averaged over, and their normals.
-    pub(super) points: Vec<(DVec3, DVec3)>,
+    points: [(DVec3, DVec3); POINTS],
+    count: u8,
     /// Centre and mean normal.
     pub(super) middle: (DVec3, DVec3),
     pub(super) centre: Vec3,
@@ -34,6 +38,11 @@ pub struct Receiver {
 }
 
 impl Receiver {
+    /// Points that the unoccluded irradiance is averaged over, and their normals.
+    pub(super) fn points(&self) -> &[(DVec3, DVec3)] {
+        &self.points[..usize::from(self.count)]
+    }
+
     /// What tells it apart from others.
     pub(crate) fn seed(&self) -> u64 {
         self.seed
@@ -55,17 +64,16 @@ impl Receiver {
         /// Sine of twice the largest angle of a cluster's normals from their mean.
         const BEND: f32 = 0.5;
         let cell = patches.cell(id);
-        let points: Vec<(DVec3, DVec3)> = receiving_points(patches, id)
-            .iter()
-            .map(|p| (p.position(g), g.normal(p.triangle, p.side)))
-            .collect();
-        let centre = points.iter().map(|p| p.0).sum::<DVec3>() / points.len() as f64;
+        let points =
+            receiving_points(patches, id).map(|p| (p.position(g), g.normal(p.triangle, p.side)));
+        let centre = points.iter().map(|p| p.0).sum::<DVec3>() / POINTS as f64;
         let corners = patches.pieces(id).flat_map(|c| c.corners(g));
         let radius = corners.map(|c| (c - centre).length()).fold(0.0, f64::max);
         let scale = bvh.scale();
         let normal = points.iter().map(|p| p.1).sum::<DVec3>().normalize_or_zero();
         Self {
             points,
+            count: POINTS as u8,
             middle: (centre, normal),
             centre: bvh.local(centre),
             normal: g.normal(cell.triangle, cell.side).as_vec3(),
@@ -80,7 +88,8 @@ impl Receiver {
     /// A point; `seed` tells points apart.
     pub(super) fn of_point(bvh: &Bvh, at: DVec3, normal: DVec3, seed: u64) -> Self {
         Self {
-            points: vec![(at, normal)],
+            points: [(at, normal); POINTS],
+            count: 1,
             middle: (at, normal),
             centre: bvh.local(at),
             normal: normal.as_vec3(),
@@ -94,11 +103,11 @@ impl Receiver {
 }
 
 /// Points that stand for a patch: the centroids of its four quarters, or some of a cluster.
-fn receiving_points(patches: &Patches, id: PatchId) -> Vec<SurfacePoint> {
+fn receiving_points(patches: &Patches, id: PatchId) -> [SurfacePoint; POINTS] {
     if patches.is_cluster(id) {
         let spread = [0.125, 0.375, 0.625, 0.875];
-        return spread.map(|x| patches.sample(id, DVec2::new(x, (7.0 * x).fract()))).to_vec();
+        return spread.map(|x| patches.sample(id, DVec2::new(x, (7.0 * x).fract())));
     }
     let third = DVec3::splat(1.0 / 3.0);
-    patches.cell(id).children().map(|quarter| quarter.point(third)).to_vec()
+    patches.cell(id).children().map(|quarter| quarter.point(third))
 }
