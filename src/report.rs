@@ -8,6 +8,9 @@ use crate::engines::EngineReport;
 use crate::form_factors::RowsReport;
 use crate::solve::{EnergyBalance, SolveReport};
 
+/// Name of the engine of a solution by stored form factors.
+pub(crate) const STORED: &str = "stored";
+
 /// Everything worth knowing about one run; serialises to JSON.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct Report {
@@ -54,6 +57,58 @@ pub struct ErrorReport {
     pub half: f64,
 }
 
+/// Share of all light that may come from nowhere or go there; more is worth a warning.
+pub const IMBALANCE: f64 = 0.01;
+
+/// More or less light arrives than is sent out.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Imbalance {
+    /// What arrives beyond what is sent out, as a share of that.
+    pub share: f64,
+    /// What most likely brought it about.
+    pub cause: Cause,
+}
+
+/// Why light does not balance.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Cause {
+    /// What patches send out meets nothing that can be told.
+    Lost,
+    /// Form factors are samples, and these too few.
+    Samples,
+    /// A row is the view from one point of a patch, and does not stand for all of it.
+    Patches,
+    /// Form factors are stored ones.
+    Stored,
+}
+
+impl Report {
+    /// What is wrong with the balance of energy, if more than [`IMBALANCE`] of all light is.
+    #[must_use]
+    pub fn imbalance(&self) -> Option<Imbalance> {
+        /// More than this part of an imbalance is its cause.
+        const MOST: f64 = 0.5;
+        let energy = self.energy?;
+        let share = energy.imbalance;
+        if share.abs() <= IMBALANCE {
+            return None;
+        }
+        let source: f64 = energy.emitted.iter().chain(&energy.received).sum();
+        let lost: f64 = energy.lost.iter().sum();
+        let engine = self.engine.as_ref();
+        let cause = if lost > MOST * share.abs() * source {
+            Cause::Lost
+        } else if engine.is_none_or(|e| e.name == STORED) {
+            Cause::Stored
+        } else if engine.is_some_and(|e| e.samples.is_some() || e.error.is_some()) {
+            Cause::Samples
+        } else {
+            Cause::Patches
+        };
+        Some(Imbalance { share, cause })
+    }
+}
+
 /// One stage of the work.
 #[derive(Debug, Clone, Serialize)]
 pub struct Stage {
@@ -77,5 +132,39 @@ impl Clock {
     pub(crate) fn lap(&mut self, name: &'static str) {
         self.stages.push(Stage { name, seconds: self.last.elapsed().as_secs_f64() });
         self.last = Instant::now();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn report(imbalance: f64, lost: f64, engine: Option<EngineReport>) -> Report {
+        let energy = EnergyBalance {
+            emitted: [1.0; 3],
+            lost: [lost; 3],
+            imbalance,
+            ..EnergyBalance::default()
+        };
+        Report { energy: Some(energy), engine, ..Report::default() }
+    }
+
+    #[test]
+    fn an_imbalance_has_a_cause() {
+        let rays = || {
+            let mut engine = EngineReport::named("rays");
+            engine.samples = Some(64);
+            Some(engine)
+        };
+        let hemicube = || Some(EngineReport::named("hemicube"));
+        let cause = |r: Report| r.imbalance().map(|i| i.cause);
+        assert_eq!(Report::default().imbalance(), None);
+        assert_eq!(cause(report(0.009, 0.0, rays())), None);
+        assert_eq!(cause(report(-0.02, 0.0, rays())), Some(Cause::Samples));
+        assert_eq!(cause(report(0.02, 0.0, hemicube())), Some(Cause::Patches));
+        assert_eq!(cause(report(0.02, 0.015, hemicube())), Some(Cause::Lost));
+        let stored = Some(EngineReport::named(STORED));
+        assert_eq!(report(0.3, 0.0, stored).imbalance().map(|i| i.share), Some(0.3));
+        assert_eq!(cause(report(0.3, 0.0, None)), Some(Cause::Stored));
     }
 }

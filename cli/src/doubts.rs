@@ -1,7 +1,7 @@
 //! What is doubtful about a picture, and the flag that helps.
 
 use hemicube::render::Shares;
-use hemicube::report::ErrorReport;
+use hemicube::report::{Cause, ErrorReport, Report};
 
 /// Less of a picture than this is nothing to see.
 const EMPTY: f64 = 2e-3;
@@ -20,6 +20,9 @@ const STOPS_IN_SUN: f64 = 18.0;
 
 /// Errors above this are worth a warning.
 const ERROR: f64 = 0.1;
+
+/// Errors above this are as large as irradiance itself, and a number means nothing.
+const UNKNOWN: f64 = 1.0;
 
 /// How a picture was taken.
 #[derive(Debug, Clone, Copy, Default)]
@@ -88,15 +91,80 @@ pub fn of_error(error: &ErrorReport, sampled: bool) -> Option<String> {
     } else {
         "use a smaller --patch-size"
     };
+    if error.total > UNKNOWN {
+        return Some(format!(
+            "on a fifth of the surface or more irradiance is not known: its error may be as large \
+             as irradiance itself ({}); {remedy}",
+            parts(error)
+        ));
+    }
     (error.total > ERROR).then(|| {
         format!(
-            "on 80 % of the surface irradiance is known to {:.0} % only (noise {:.0} %, size of \
-             patches {:.0} %); {remedy}",
+            "on 80 % of the surface irradiance is known to {:.0} % only ({}); {remedy}",
             100.0 * error.total,
-            100.0 * error.noise,
-            100.0 * error.refinement
+            parts(error)
         )
     })
+}
+
+/// What an error is due to.
+fn parts(error: &ErrorReport) -> String {
+    let share = |e: f64| match e > UNKNOWN {
+        true => "more than irradiance".to_owned(),
+        false => format!("{:.0} %", 100.0 * e),
+    };
+    format!("noise {}, size of patches {}", share(error.noise), share(error.refinement))
+}
+
+/// How well irradiance is known, as details say it: errors beyond irradiance itself are words.
+#[allow(dead_code, reason = "details say it")]
+pub fn known_to(error: &ErrorReport) -> String {
+    let share = |e: f64| match e > UNKNOWN {
+        true => "more than irradiance itself".to_owned(),
+        false => format!("{:.2} %", 100.0 * e),
+    };
+    let most = match error.total > UNKNOWN {
+        true => "on a fifth of the surface or more irradiance is not known".to_owned(),
+        false => format!("on 80 % of the surface irradiance is known to {}", share(error.total)),
+    };
+    let half = match error.half > UNKNOWN {
+        true => "on half of it neither".to_owned(),
+        false => format!("on half of it to {}", share(error.half)),
+    };
+    format!(
+        "{most} (noise {}, size of patches {}), {half}",
+        share(error.noise),
+        share(error.refinement)
+    )
+}
+
+/// A warning about light that comes from nowhere or goes there.
+pub fn of_balance(report: &Report) -> Option<String> {
+    let imbalance = report.imbalance()?;
+    let (percent, more) = (100.0 * imbalance.share.abs(), imbalance.share > 0.0);
+    let what = match more {
+        true => format!("{percent:.1} % more light arrives than is sent out"),
+        false => format!("{percent:.1} % of all light is lost"),
+    };
+    let why = match imbalance.cause {
+        Cause::Lost => {
+            "form factors leave out much of what patches see; use --engine rays, or a smaller \
+             --patch-size"
+        }
+        Cause::Samples if report.engine.as_ref().is_some_and(|e| e.samples.is_some()) => {
+            "rays are too few for how unlike patches are; use more --samples, or --error 1%"
+        }
+        Cause::Samples => "form factors are too rough; use a smaller --error",
+        Cause::Patches => {
+            "the view from the middle of a patch does not stand for all of it; use a smaller \
+             --patch-size, or --engine rays"
+        }
+        Cause::Stored => {
+            "the stored form factors do not balance; make them with more --samples or a smaller \
+             --patch-size, or leave --factors out"
+        }
+    };
+    Some(format!("{what}: {why}"))
 }
 
 #[cfg(test)]
@@ -121,5 +189,39 @@ mod tests {
         let taken = Taken { stops: Some(-16.0), sunlit: true, ..Taken::default() };
         assert!(of_picture(&shares, &taken, &String::new).is_empty());
         assert!(of_picture(&shares, &Taken::default(), &String::new).is_empty());
+    }
+
+    #[test]
+    fn an_error_beyond_irradiance_is_said_in_words() {
+        let error =
+            |total: f64| ErrorReport { total, noise: 0.5 * total, refinement: 0.04, half: 0.02 };
+        let said = |total| of_error(&error(total), true).unwrap_or_default();
+        assert_eq!(said(0.09), "");
+        assert!(said(0.3).contains("known to 30 % only (noise 15 %, size of patches 4 %)"));
+        let unknown = said(4.58);
+        assert!(unknown.contains("not known") && !unknown.contains("458"), "{unknown}");
+        assert!(unknown.contains("noise more than irradiance, size of patches 4 %"), "{unknown}");
+        let details = known_to(&error(0.02));
+        let exact = "on 80 % of the surface irradiance is known to 2.00 % (noise 1.00 %, size of \
+                     patches 4.00 %), on half of it to 2.00 %";
+        assert_eq!(details, exact);
+        assert!(!known_to(&error(4.58)).contains("458"));
+    }
+
+    #[test]
+    fn an_imbalance_is_said_with_what_helps() {
+        let energy = |imbalance: f64| hemicube::solve::EnergyBalance {
+            emitted: [1.0; 3],
+            imbalance,
+            ..Default::default()
+        };
+        let said = |imbalance: f64| {
+            let energy = Some(energy(imbalance));
+            of_balance(&Report { energy, ..Report::default() }).unwrap_or_default()
+        };
+        assert_eq!(said(0.005), "");
+        assert!(said(0.023).starts_with("2.3 % more light arrives"), "{}", said(0.023));
+        assert!(said(-0.04).starts_with("4.0 % of all light is lost"), "{}", said(-0.04));
+        assert!(said(-0.04).contains("--factors"));
     }
 }

@@ -13,7 +13,7 @@ use crate::patches::{PatchId, Patches};
 use crate::progress::Progress;
 use crate::reconstruct::Field;
 use crate::refine::factor::FactorRule;
-use crate::report::{Clock, Report};
+use crate::report::{Clock, Report, STORED};
 use crate::scene::{Rgb, Scene};
 use crate::solve::{EnergyBalance, System, solve};
 use crate::visibility::{Bvh, COVERED, uncover};
@@ -159,7 +159,7 @@ pub fn light_by(
     let bvh = Bvh::new(&scene.geometry);
     let lamps = direct::from_lamps(scene, &patches, &bvh);
     let patch_size = patches.ids().map(|i| patches.area(i)).fold(0.0, f64::max);
-    let engine = EngineReport::named("stored");
+    let engine = EngineReport::named(STORED);
     let made = Made { patches, factors, bvh, analytic: None, patch_size, engine };
     lit_by(scene, made, &lamps, options, clock, progress)
 }
