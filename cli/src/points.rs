@@ -147,6 +147,7 @@ impl Table {
                 Place::Free => "free",
                 Place::Covered => "covered",
                 Place::OnEmitter => "emitter",
+                Place::Outside => "outside",
             };
             text += &format!("{row},{},{place}\n", numbers.join(","));
         }

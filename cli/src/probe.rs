@@ -16,6 +16,7 @@ use hemicube::visibility::Bvh;
 
 use crate::args::{ClusterArg, EngineArg, Light, Probe};
 use crate::dark::lamp_flag;
+use crate::doubts::of_balance;
 use crate::failure::Failure;
 use crate::input;
 use crate::outputs;
@@ -52,7 +53,8 @@ pub fn run(args: &Probe) -> Result<(), Failure> {
     let options = GatherOptions { samples, seed, ..GatherOptions::default() };
     let gatherer = Gatherer::new(&scene, &solution, &field, &bvh, options);
     bar.stage("points", table.probes.len() as u64);
-    let found = gatherer.all(&table.probes, &bar)?;
+    let mut found = gatherer.all(&table.probes, &bar)?;
+    tell_outside(&mut found, &table.probes, &scene, &bvh);
     bar.finish();
     let seconds = start.elapsed().as_secs_f64();
     let text = table.with(&found);
@@ -66,11 +68,25 @@ pub fn run(args: &Probe) -> Result<(), Failure> {
     solution.report.stages.push(Stage { name: "points", seconds });
     if !quiet {
         say(&summary(&found));
+        if let Some(doubt) = of_balance(&solution.report) {
+            say(&format!("warning: {doubt}"));
+        }
     }
     if args.light.run.verbose {
         say_details(&solution.report);
     }
     write_report(&mut solution.report, &args.light)
+}
+
+/// Tells points that are outside of the model.
+fn tell_outside(found: &mut [Estimate], probes: &[gather::Probe], scene: &Scene, bvh: &Bvh) {
+    /// Less than this fraction of the brightest point's irradiance is darkness: a field lets a
+    /// little light out under walls.
+    const DARK: f64 = 1e-4;
+    let brightest = found.iter().map(|e| luminance(e.irradiance)).fold(0.0, f64::max);
+    for (e, probe) in found.iter_mut().zip(probes) {
+        *e = e.or_outside(probe, &scene.geometry, bvh, DARK * brightest);
+    }
 }
 
 /// Rays a point that bring about this error.
@@ -160,9 +176,11 @@ fn summary(found: &[Estimate]) -> String {
     if dark > 0 {
         line += &format!("; {dark} get no light: see whether they are in the scene, in metres");
     }
-    for (place, what) in
-        [(Place::Covered, "inside solids (covered)"), (Place::OnEmitter, "on emitters")]
-    {
+    for (place, what) in [
+        (Place::Covered, "inside solids (covered)"),
+        (Place::OnEmitter, "on emitters"),
+        (Place::Outside, "outside the model"),
+    ] {
         if count(place) > 0 {
             line += &format!("; {} {what} left out", count(place));
         }

@@ -71,14 +71,14 @@ fn a_furnace_shows_its_irradiance() {
 #[test]
 fn a_grid_is_a_work_plane() {
     let bench = Bench::new();
-    let grid = ["--grid", "0.1,-0.5,0.1", "0,0,0.8", "0.4,0,0", "4x2"];
+    let grid = ["--grid", "0.1,0.5,0.1", "0,0,0.8", "0.4,0,0", "4x2"];
     let sky = ["--sky", "1,1,1", "--points"];
     let outcome = probe(&bench, "cornell-box", &grid, "").ok();
     let rows = rows(&outcome.stdout);
     assert_eq!(rows[0][..8], ["i", "j", "x", "y", "z", "nx", "ny", "nz"]);
     assert_eq!(rows.len(), 9);
-    assert_eq!(rows[1][..8], ["0", "0", "0.2", "-0.5", "0.2", "0", "1", "0"]);
-    assert_eq!(rows[8][..8], ["3", "1", "0.4", "-0.5", "0.8", "0", "1", "0"]);
+    assert_eq!(rows[1][..8], ["0", "0", "0.2", "0.5", "0.2", "0", "1", "0"]);
+    assert_eq!(rows[8][..8], ["3", "1", "0.4", "0.5", "0.8", "0", "1", "0"]);
     assert!(outcome.stderr.contains("uniformity"), "{outcome:?}");
     // One cannot have both, nor neither.
     probe(&bench, "cornell-box", &[&grid[..], &sky[2..], &["-"]].concat(), POINTS)
@@ -152,6 +152,23 @@ fn an_open_sky_gives_pi_times_its_radiance() {
     let outcome = bench.run_with(&args, input).ok();
     let found = column(&outcome.stdout, "E")[0];
     assert!((found / PI - 1.0).abs() < 1e-5, "{found}");
+}
+
+/// A grid that reaches beyond the walls on both sides: neither those points nor the darkness or sky
+/// that they see count.
+#[test]
+fn points_outside_the_model_do_not_count() {
+    let grid = ["--grid", "-1,0.5,0.25", "0,0,0.5", "3,0,0", "1x6"];
+    for more in [&["--sides", "one"][..], &["--sides", "two"]] {
+        let args = [&grid[..], more].concat();
+        let outcome = probe(&Bench::new(), "furnace", &args, "").ok();
+        let places: Vec<&str> =
+            rows(&outcome.stdout)[1..].iter().map(|row| row[row.len() - 1]).collect();
+        let [outside, free] = ["outside", "free"];
+        assert_eq!(places, [outside, outside, free, free, outside, outside], "{outcome:?}");
+        assert!(outcome.stderr.contains("2 points: mean"), "{outcome:?}");
+        assert!(outcome.stderr.contains("; 4 outside the model left out"), "{outcome:?}");
+    }
 }
 
 /// A point that faces the dark floor gets reflected light alone: what engine and solver make of it.

@@ -2,7 +2,12 @@
 
 use glam::DVec3;
 
-use crate::scene::Rgb;
+use crate::scene::{Geometry, Rgb, luminance};
+use crate::visibility::Bvh;
+
+/// A point this far (radii of the scene) beyond the bounds of a model, or off a surface, may be
+/// said to be on them.
+const CLEARANCE: f64 = 1e-5;
 
 /// Where irradiance is wanted.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,4 +41,28 @@ pub enum Place {
     Covered,
     /// On a side that emits. Its own emission does not count.
     OnEmitter,
+    /// Outside of the model: nothing of it is behind the point, and that is beyond its bounds, or
+    /// sees emptiness and no light. A gatherer does not tell; [`Estimate::or_outside`] does.
+    Outside,
+}
+
+impl Estimate {
+    /// The same, where a free place that is outside of the model is told; irradiance up to `dark`
+    /// (W/m² or lx) is no light.
+    #[must_use]
+    pub fn or_outside(mut self, probe: &Probe, geometry: &Geometry, bvh: &Bvh, dark: f64) -> Self {
+        if self.place != Place::Free || self.escaped <= 0.0 {
+            return self;
+        }
+        let Probe { point, normal } = *probe;
+        let slack = CLEARANCE * bvh.scale();
+        let beyond = geometry.bounds().is_none_or(|(low, high)| {
+            point.cmplt(low - slack).any() || point.cmpgt(high + slack).any()
+        });
+        let empty = beyond || luminance(self.irradiance) <= dark;
+        if empty && bvh.see(point + normal * slack, -normal, None).is_none() {
+            self.place = Place::Outside;
+        }
+        self
+    }
 }
