@@ -144,7 +144,7 @@ impl Build {
     fn sofa(&mut self, detail: u32) {
         let cloth = self.paint("cloth", [0.3, 0.4, 0.45], [0.0; 3]);
         let steel = self.paint("steel", [0.45; 3], [0.0; 3]);
-        let glow = self.paint("small lamp", [0.6; 3], [400.0, 330.0, 240.0]);
+        let glow = self.paint("small lamp", [0.6; 3], [80.0, 66.0, 48.0]);
         // It looks towards -x.
         let place = |mesh: Mesh| mesh.turned(-90.0).at(SIZE.x - 0.4, 0.0, 1.5);
         let body = block(1.7, 0.4, 0.75).open_towards(DVec3::NEG_Y);
