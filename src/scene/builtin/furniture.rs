@@ -82,6 +82,49 @@ pub(super) fn chair() -> Mesh {
     Mesh::joined(legs(width, width, leg, seat - leg).chain([board]).chain(back_posts).chain(rails))
 }
 
+/// An upholstered box: its edges and corners are rounded by `radius`, in two facets each.
+fn upholstered(size: DVec3, radius: f64) -> Mesh {
+    let flat = size - 2.0 * radius;
+    let longest = 1.5 * LONGEST_CELL * radius;
+    let cells = flat.to_array().map(|edge| 2 + (edge / longest).ceil() as u32);
+    let mut mesh = Mesh::cuboid(size, cells);
+    let low = dvec3(-0.5 * size.x, 0.0, -0.5 * size.z);
+    for v in &mut mesh.vertices {
+        let (mut inner, mut outwards) = (DVec3::ZERO, DVec3::ZERO);
+        for k in 0..3 {
+            let last = f64::from(cells[k]);
+            let cell = (last * (*v - low)[k] / size[k]).round();
+            // The outer cells are as wide as the radius.
+            inner[k] = radius + flat[k] * ((cell - 1.0) / (last - 2.0)).clamp(0.0, 1.0);
+            outwards[k] = f64::from(u8::from(cell == last)) - f64::from(u8::from(cell == 0.0));
+        }
+        *v = low + inner + outwards.normalize_or_zero() * radius;
+    }
+    mesh
+}
+
+/// A sofa that looks towards +z, with two cushions to sit on.
+pub(super) fn sofa(width: f64) -> Mesh {
+    let (deep, seat, arm, gap) = (0.85, 0.26, 0.17, 0.004);
+    let (inner, back) = (width - 2.0 * arm, 0.2);
+    let base = upholstered(dvec3(inner - 2.0 * gap, seat, deep - 0.02), 0.03);
+    let arms = [-1.0, 1.0].map(|side| {
+        let arm_rest = upholstered(dvec3(arm, 0.56, deep), 0.04);
+        arm_rest.open_towards(DVec3::NEG_Y).at(0.5 * side * (width - arm), 0.0, 0.0)
+    });
+    let half = 0.5 * (inner - 3.0 * gap);
+    let places = [-0.5, 0.5].map(|side| side * (half + gap));
+    let seats = places.map(|x| {
+        let size = dvec3(half, 0.16, deep - back - 0.01);
+        let cushion = upholstered(size, 0.045).open_towards(DVec3::NEG_Y);
+        cushion.at(x, seat, 0.5 * back + 0.005)
+    });
+    let back_rest = upholstered(dvec3(inner - 2.0 * gap, 0.46, back - gap), 0.05);
+    let back_rest = back_rest.open_towards(DVec3::NEG_Y).at(0.0, seat, -0.5 * (deep - back));
+    let parts = [base.open_towards(DVec3::NEG_Y), back_rest];
+    Mesh::joined(parts.into_iter().chain(arms).chain(seats))
+}
+
 /// A bookcase with its back to -z, against a wall, and `boards` boards, the lowest at `low` m and
 /// the others evenly up to the height.
 pub(super) fn bookcase(width: f64, height: f64, depth: f64, boards: u32) -> Mesh {
