@@ -184,6 +184,30 @@ fn nothing_shadows_itself() {
     }
 }
 
+/// A lamp 9 cm before a surface whose patches are as long as 6 cm to 2 m: each has the mean of
+/// H = I h / r³ over it.
+#[test]
+fn patches_beside_a_lamp_have_its_mean() {
+    let lamp = DVec3::new(0.13, 0.09, -0.21);
+    for (size, n) in [(0.002, 80), (0.03, 200), (0.5, 600), (4.0, 1500)] {
+        let (scene, _, _) = lit(&[FLOOR], point_lamp(lamp, 10.0));
+        let patches = Patches::uniform(&scene.geometry, size).unwrap();
+        let direct = from_lamps(&scene, &patches, &Bvh::new(&scene.geometry));
+        for (id, _) in floor(&scene, &patches) {
+            let sum: f64 = (0..n * n)
+                .map(|k| {
+                    let u = DVec2::new(f64::from(k % n) + 0.5, f64::from(k / n) + 0.5);
+                    let p = patches.sample(id, u / f64::from(n)).position(&scene.geometry);
+                    10.0 * lamp.y / lamp.distance(p).powi(3)
+                })
+                .sum();
+            let exact = sum / f64::from(n * n);
+            let error = direct[id.index()].x / exact - 1.0;
+            assert!(error.abs() < 0.01, "{size}: {exact} {error}");
+        }
+    }
+}
+
 /// Cosine-distributed: I = 1000 cd cos γ downwards, none upwards.
 fn diffuse() -> Photometry {
     let words = |f: &dyn Fn(f64) -> f64| -> String {
