@@ -150,17 +150,21 @@ impl<'a> Paths<'a> {
     ) -> (Rgb, Rgb) {
         let per_block = (STRATA * STRATA) as u32;
         let mut blocks: Vec<Rgb> = Vec::new();
+        let mut more = BLOCKS;
         loop {
             let done = blocks.len() as u32;
-            // As many more as are likely to suffice, within limits.
-            let more = BLOCKS.max(done.min(16 * BLOCKS));
             let new: Vec<Rgb> = (done..done + more).into_par_iter().map(&block).collect();
             blocks.extend(new);
             let (mean, deviation) = of_blocks(&blocks);
-            let enough = luminance(deviation) <= error.max(share * luminance(mean));
-            if enough || blocks.len() as u32 * per_block >= most {
+            let off = luminance(deviation) / error.max(share * luminance(mean));
+            let done = done + more;
+            // Darkness is no number of times too dark.
+            if off.is_nan() || off <= 1.0 || done * per_block >= most {
                 return (mean, deviation);
             }
+            // As many more as are likely to suffice, but that is known roughly alone.
+            more = ((f64::from(done) * (off * off - 1.0)) as u32).clamp(BLOCKS / 2, 4 * done);
+            more = more.min(most.div_ceil(per_block) - done);
         }
     }
 
