@@ -11,7 +11,8 @@
 //! it is known to `--exact` (.15 % of points, four times that for blocks of 8 x 8 pixels).
 //!
 //! Errors are of luminance, in % of the mean (blocks where emitters are seen: of the mean of those,
-//! as edges of emitters are an error of another kind); seconds are of the processor, all cores together.
+//! as edges of emitters are an error of another kind); seconds are of the processor, all cores
+//! together.
 
 #![allow(clippy::print_stdout, clippy::unwrap_used, reason = "an example")]
 

@@ -1,7 +1,7 @@
 //! A furnished room as strangers model it, with all that is hard at contacts: thin legs, books that
 //! stand close together, a sofa without a bottom, balls that touch floor and table, a panel that
-//! hangs just under the ceiling, and a small lamp that stands on a table. Surfaces are two-sided, as
-//! those of a file that does not say.
+//! hangs just under the ceiling, and a small lamp that stands on a table. Surfaces are two-sided,
+//! as those of a file that does not say.
 
 use std::fmt::Write;
 
@@ -201,8 +201,8 @@ fn chair() -> Mesh {
     Mesh::joined(parts)
 }
 
-/// A scene as OBJ, and its materials as MTL in a file of the name given; textures and lamps are left
-/// out.
+/// A scene as OBJ, and its materials as MTL in a file of the name given; textures and lamps are
+/// left out.
 pub fn as_obj(scene: &Scene, materials: &str) -> (String, String) {
     let (g, optics) = (&scene.geometry, &scene.optics);
     let (mut obj, mut mtl) = (format!("mtllib {materials}\n"), String::new());
