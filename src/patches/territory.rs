@@ -177,17 +177,18 @@ fn cut_all(polygon: Vec<DVec2>, mut lines: Vec<Line>, thin: f64, mut each: impl 
         lines.sort_by_cached_key(key);
     }
     let mut left = most_parts(lines.len());
-    let mut stack = vec![(polygon, lines)];
+    let knives: Vec<Knife> = lines.iter().map(Knife::of).collect();
+    let mut stack = vec![(polygon, (0..lines.len() as u32).collect::<Vec<u32>>())];
     while let Some((mut polygon, lines)) = stack.pop() {
         let mut next = lines.iter();
         while left > 0
-            && let Some(line) = next.next()
+            && let Some(&k) = next.next()
         {
-            match cut(polygon, [line.from, line.to], thin) {
+            match knives[k as usize].cut(polygon, thin) {
                 [Some(one), Some(other)] => {
                     left -= 1;
                     for part in [other, one] {
-                        let lines = about(&part, next.as_slice());
+                        let lines = passing(&knives, next.as_slice(), &part, thin);
                         stack.push((part, lines));
                     }
                     polygon = Vec::new();
@@ -202,49 +203,80 @@ fn cut_all(polygon: Vec<DVec2>, mut lines: Vec<Line>, thin: f64, mut each: impl 
     }
 }
 
-/// The lines whose box meets that of a polygon.
-fn about(polygon: &[DVec2], lines: &[Line]) -> Vec<Line> {
+/// Those of some lines that may pass through a convex polygon.
+fn passing(knives: &[Knife], lines: &[u32], polygon: &[DVec2], thin: f64) -> Vec<u32> {
     let low = polygon.iter().copied().fold(DVec2::INFINITY, DVec2::min);
     let high = polygon.iter().copied().fold(DVec2::NEG_INFINITY, DVec2::max);
-    let meets = |l: &&Line| l.from.min(l.to).cmple(high).all() && low.cmple(l.from.max(l.to)).all();
-    lines.iter().filter(meets).copied().collect()
+    let passes = |&&k: &&u32| {
+        let knife = &knives[k as usize];
+        let meets = knife.low.cmple(high).all() && low.cmple(knife.high).all();
+        meets && knife.parts(polygon, thin)
+    };
+    lines.iter().filter(passes).copied().collect()
 }
 
-/// A convex polygon on either side of a segment that passes through its inside; else all of it.
-fn cut(polygon: Vec<DVec2>, [from, to]: [DVec2; 2], thin: f64) -> [Option<Vec<DVec2>>; 2] {
-    let length = from.distance(to);
-    let along = (to - from) / length;
-    let height = |p: DVec2| along.perp_dot(p - from);
-    let high = polygon.iter().map(|&p| height(p)).fold(f64::NEG_INFINITY, f64::max);
-    let low = polygon.iter().map(|&p| height(p)).fold(f64::INFINITY, f64::min);
-    if high.is_nan() || high <= thin || low >= -thin {
-        return [Some(polygon), None];
+/// A segment that cuts polygons.
+struct Knife {
+    from: DVec2,
+    along: DVec2,
+    length: f64,
+    low: DVec2,
+    high: DVec2,
+}
+
+impl Knife {
+    fn of(line: &Line) -> Self {
+        let (from, to) = (line.from, line.to);
+        let length = from.distance(to);
+        Self { from, along: (to - from) / length, length, low: from.min(to), high: from.max(to) }
     }
-    let mut sides = [Vec::new(), Vec::new()];
-    let mut crossed = [f64::INFINITY, f64::NEG_INFINITY];
-    for (k, &p) in polygon.iter().enumerate() {
-        let q = polygon[(k + 1) % polygon.len()];
-        let (h, g) = (height(p), height(q));
-        if h >= 0.0 {
-            sides[0].push(p);
-        }
-        if h <= 0.0 {
-            sides[1].push(p);
-        }
-        let crossing = crossing((p, h), (q, g));
-        if let Some(on) = crossing {
-            sides.iter_mut().for_each(|side| side.push(on));
-        }
-        if let Some(on) = crossing.or((h == 0.0).then_some(p)) {
-            let at = along.dot(on - from);
-            crossed = [crossed[0].min(at), crossed[1].max(at)];
-        }
+
+    fn height(&self, p: DVec2) -> f64 {
+        self.along.perp_dot(p - self.from)
     }
-    // The segment may end before it comes here.
-    if crossed[1].min(length) - crossed[0].max(0.0) <= thin {
-        return [Some(polygon), None];
+
+    /// Whether a polygon lies on both sides of the line that the segment is a part of.
+    fn parts(&self, polygon: &[DVec2], thin: f64) -> bool {
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        for &p in polygon {
+            let h = self.height(p);
+            (low, high) = (low.min(h), high.max(h));
+        }
+        high > thin && low < -thin
     }
-    sides.map(Some)
+
+    /// A convex polygon on either side of the segment if that passes through its inside; else all
+    /// of it.
+    fn cut(&self, polygon: Vec<DVec2>, thin: f64) -> [Option<Vec<DVec2>>; 2] {
+        if !self.parts(&polygon, thin) {
+            return [Some(polygon), None];
+        }
+        let mut sides = [Vec::new(), Vec::new()];
+        let mut crossed = [f64::INFINITY, f64::NEG_INFINITY];
+        for (k, &p) in polygon.iter().enumerate() {
+            let q = polygon[(k + 1) % polygon.len()];
+            let (h, g) = (self.height(p), self.height(q));
+            if h >= 0.0 {
+                sides[0].push(p);
+            }
+            if h <= 0.0 {
+                sides[1].push(p);
+            }
+            let crossing = crossing((p, h), (q, g));
+            if let Some(on) = crossing {
+                sides.iter_mut().for_each(|side| side.push(on));
+            }
+            if let Some(on) = crossing.or((h == 0.0).then_some(p)) {
+                let at = self.along.dot(on - self.from);
+                crossed = [crossed[0].min(at), crossed[1].max(at)];
+            }
+        }
+        // The segment may end before it comes here.
+        if crossed[1].min(self.length) - crossed[0].max(0.0) <= thin {
+            return [Some(polygon), None];
+        }
+        sides.map(Some)
+    }
 }
 
 /// Calls `each` with a triangle, or with the fragments of its several owners.
