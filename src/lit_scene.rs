@@ -135,7 +135,8 @@ impl LitScene<'_> {
     /// # Errors
     /// If the camera looks nowhere, the size is out of range, or the caller cancelled.
     pub fn look(&self, view: &View, progress: &dyn Progress) -> Result<Picture, RenderError> {
-        let (field, bvh) = (self.field(), Bvh::new(&self.scene.geometry));
+        let field = self.solution.field_heard(self.scene, progress)?;
+        let bvh = Bvh::new(&self.scene.geometry);
         let options = GatherOptions::of_pictures(0);
         let gatherer = Gatherer::new(self.scene, &self.solution, &field, &bvh, options);
         let renderer = Renderer::new(self.scene, &field).gathering(&gatherer);
@@ -152,7 +153,8 @@ impl LitScene<'_> {
         options: GatherOptions,
         progress: &dyn Progress,
     ) -> Result<Vec<Estimate>, Cancelled> {
-        let (field, bvh) = (self.field(), Bvh::new(&self.scene.geometry));
+        let field = self.solution.field_heard(self.scene, progress)?;
+        let bvh = Bvh::new(&self.scene.geometry);
         progress.stage("points", probes.len() as u64);
         let gatherer = Gatherer::new(self.scene, &self.solution, &field, &bvh, options);
         gatherer.all(probes, progress)

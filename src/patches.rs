@@ -29,6 +29,7 @@ mod territory;
 #[cfg(test)]
 mod tests;
 mod touching;
+mod warning;
 
 pub use adaptive::SplitCells;
 pub use cell::Cell;
@@ -37,3 +38,4 @@ pub use mesh::Patches;
 pub use point::{PatchId, SurfacePoint, at_barycentric, side_index};
 pub(crate) use split::level_for;
 pub use split::{MAX_LEVEL, MAX_PATCHES, PatchesError, Split};
+pub(crate) use warning::warn_of_contacts;

@@ -21,6 +21,11 @@ pub trait Progress: Sync {
     /// # Errors
     /// [`Cancelled`] asks the work to stop as soon as it can.
     fn advance(&self, n: u64) -> Result<(), Cancelled>;
+
+    /// Something about the result that the user should know: what is left out of it, and how much.
+    fn warn(&self, message: &str) {
+        let _ = message;
+    }
 }
 
 /// Hears nothing and never stops.

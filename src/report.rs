@@ -24,6 +24,8 @@ pub struct Report {
     pub clusters: usize,
     /// Largest area of a patch, m².
     pub patch_size: f64,
+    /// Source triangles that touch or cross so many others that contacts of them may be left out.
+    pub contacts_left_out: usize,
     /// The engine and its options.
     pub engine: Option<EngineReport>,
     /// The matrix of form factors.

@@ -16,6 +16,7 @@ use hemicube::engines::{Draw, Engine, Gpu, GpuError, Hemicube, HemicubeGpu, Hemi
 use hemicube::form_factors::ONE;
 use hemicube::form_factors::{Row, Weights};
 use hemicube::patches::{PatchId, Patches, SplitCells, SurfacePoint};
+use hemicube::progress::Silent;
 use hemicube::scene::builtin::Mesh;
 use hemicube::scene::{Geometry, Side, Sides, TriangleId, builtin};
 use hemicube::visibility::{Bvh, Frame, uncover};
@@ -128,7 +129,8 @@ fn rows_agree_with_those_of_the_cpu() {
         let scene = builtin::build(name).unwrap();
         let g = &scene.geometry;
         let size = Patches::area_adding(g, 1000);
-        let uniform = uncover(g, Patches::uniform(g, size).unwrap(), &Bvh::new(g));
+        let uniform = Patches::uniform(g, size).unwrap();
+        let uniform = uncover(g, uniform, &Bvh::new(g), &Silent).unwrap();
         for (kind, p) in [("uniform", uniform), ("mixed", mixed(g, size))] {
             let ids: Vec<PatchId> = p.ids().step_by(p.len().div_ceil(100)).collect();
             for draw in DRAWS {

@@ -27,11 +27,11 @@ use crate::machine;
 use crate::outputs;
 use crate::remedy;
 use crate::render::{engine_of, set_threads};
-use crate::terminal::{Bar, catch_interrupts, print, say};
+use crate::terminal::{Bar, hear_interrupts, print, say};
 
 /// Runs the command.
 pub fn run(args: &Factors) -> Result<(), Failure> {
-    catch_interrupts();
+    hear_interrupts();
     set_threads(args.run.threads)?;
     let format = format_of(args)?;
     let light = args.light();

@@ -22,7 +22,7 @@ use hemicube::export::write_whole;
 
 use crate::args::{Paper, PaperPart};
 use crate::failure::Failure;
-use crate::terminal::{catch_interrupts, print};
+use crate::terminal::{hear_interrupts, print};
 
 use conditions::Conditions;
 
@@ -34,7 +34,7 @@ const NOT_ASKED: &str = "*(Not part of this run.)*\n";
 
 /// Runs the command.
 pub fn run(args: &Paper) -> Result<(), Failure> {
-    catch_interrupts();
+    hear_interrupts();
     rayon::ThreadPoolBuilder::new()
         .num_threads(args.threads)
         .build_global()

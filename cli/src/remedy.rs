@@ -140,7 +140,7 @@ pub fn of_picture(error: &RenderError) -> &'static str {
 fn of_patches(error: &PatchesError) -> String {
     match error {
         PatchesError::TooMany { .. } => "; use a larger --patch-size or --min-patch".to_owned(),
-        PatchesError::BadArea => String::new(),
+        PatchesError::BadArea | PatchesError::Cancelled(_) => String::new(),
     }
 }
 

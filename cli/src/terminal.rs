@@ -1,9 +1,12 @@
 //! The one place that prints, and shows progress on a terminal.
 
 use std::borrow::Cow;
+use std::collections::BTreeSet;
 use std::io::{self, IsTerminal, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, LazyLock, Mutex};
+use std::thread;
+use std::time::Duration;
 
 use hemicube::progress::{Cancelled, Progress};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -54,13 +57,40 @@ fn harmless(text: &str) -> Cow<'_, str> {
 
 static INTERRUPTED: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
 
+/// Whether work has heard that it is to stop.
+static HEARD: AtomicBool = AtomicBool::new(false);
+
+/// The exit code of a program that was told to end.
+const CANCELLED: i32 = 130;
+
+/// From now on Ctrl-C, and being asked to end, stop the work in an orderly way, or soon where no
+/// work hears of it. For commands that have no file open while they work.
+pub fn catch_interrupts() {
+    hear_interrupts();
+    let _ = thread::Builder::new().name("interrupts".into()).spawn(end_unheard);
+}
+
 /// From now on Ctrl-C, and being asked to end, stop the work in an orderly way; the second time, at
 /// once.
-pub fn catch_interrupts() {
+pub fn hear_interrupts() {
     for signal in [SIGINT, SIGTERM] {
         // Without a handler a signal ends the process at once; the next run cleans up.
-        let _ = flag::register_conditional_shutdown(signal, 130, Arc::clone(&INTERRUPTED));
+        let _ = flag::register_conditional_shutdown(signal, CANCELLED, Arc::clone(&INTERRUPTED));
         let _ = flag::register(signal, Arc::clone(&INTERRUPTED));
+    }
+}
+
+/// Ends the program soon after it was told to stop, unless work hears of it.
+fn end_unheard() {
+    const LOOK: Duration = Duration::from_millis(50);
+    const PATIENCE: Duration = Duration::from_millis(300);
+    while !INTERRUPTED.load(Ordering::Relaxed) {
+        thread::sleep(LOOK);
+    }
+    thread::sleep(PATIENCE);
+    if !HEARD.load(Ordering::Relaxed) {
+        say("error: cancelled");
+        std::process::exit(CANCELLED);
     }
 }
 
@@ -74,13 +104,16 @@ pub fn catch_file_limit() {
 pub struct Bar {
     bar: Mutex<ProgressBar>,
     visible: bool,
+    quiet: bool,
+    warned: Mutex<BTreeSet<String>>,
 }
 
 impl Bar {
     /// `quiet` shows nothing even on a terminal.
     pub fn new(quiet: bool) -> Self {
         let visible = !quiet && io::stderr().is_terminal();
-        Self { bar: Mutex::new(ProgressBar::hidden()), visible }
+        let bar = Mutex::new(ProgressBar::hidden());
+        Self { bar, visible, quiet, warned: Mutex::default() }
     }
 
     /// Takes the bar away.
@@ -115,6 +148,19 @@ impl Progress for Bar {
         if let Ok(bar) = self.bar.lock() {
             bar.inc(n);
         }
-        if INTERRUPTED.load(Ordering::Relaxed) { Err(Cancelled) } else { Ok(()) }
+        if INTERRUPTED.load(Ordering::Relaxed) {
+            HEARD.store(true, Ordering::Relaxed);
+            return Err(Cancelled);
+        }
+        Ok(())
+    }
+
+    /// Says it once.
+    fn warn(&self, message: &str) {
+        let new = self.warned.lock().is_ok_and(|mut warned| warned.insert(message.to_owned()));
+        if new && !self.quiet {
+            let warn = || say(&format!("warning: {message}"));
+            self.bar.lock().map_or_else(|_| warn(), |bar| bar.suspend(warn));
+        }
     }
 }

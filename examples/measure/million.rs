@@ -58,7 +58,7 @@ fn clusters(patches: &Patches) -> usize {
 fn stages(scene: &Scene, patches: Patches) -> Result<(), Box<dyn Error>> {
     let g = &scene.geometry;
     let bvh = timed("hierarchy of boxes", || Bvh::new(g));
-    let patches = timed("patches: uncover", || uncover(g, patches, &bvh));
+    let patches = timed("patches: uncover", || uncover(g, patches, &bvh, &Silent))?;
     let irradiance = vec![Rgb::ONE; patches.len()];
     let field = timed("field", || Field::new(g, &patches, &irradiance, |_| true));
     let renderer = timed("renderer", || Renderer::new(scene, &field));

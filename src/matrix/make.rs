@@ -12,7 +12,7 @@ use super::report::{LostReport, MatrixReport, ThresholdReport};
 use super::storage::{RowStore, Storage};
 use super::stored::subdivide;
 use crate::form_factors::{close, drop_below};
-use crate::patches::PatchId;
+use crate::patches::{PatchId, warn_of_contacts};
 use crate::progress::Progress;
 use crate::report::Clock;
 use crate::scene::{Geometry, Side, TriangleState};
@@ -56,7 +56,8 @@ pub fn make_where(
     }
     let mut clock = Clock::start();
     let bvh = Bvh::new(geometry);
-    let patches = subdivide(geometry, &bvh, options.patch_size)?;
+    let patches = subdivide(geometry, &bvh, options.patch_size, progress)?;
+    warn_of_contacts(&patches, progress);
     let layout = Layout::new(geometry, &patches);
     clock.lap("subdivide");
     let mut engine = options.engine.engine(geometry, &patches, &bvh, options.memory, progress)?;

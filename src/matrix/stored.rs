@@ -6,6 +6,7 @@ use thiserror::Error;
 use super::layout::Layout;
 use crate::form_factors::{FormFactors, RowAccount, RowBlock, RowSink, SinkError, Weights};
 use crate::patches::{PatchId, Patches, PatchesError};
+use crate::progress::{Progress, Silent};
 use crate::scene::{Geometry, Sides};
 use crate::visibility::{Bvh, uncover};
 
@@ -92,9 +93,11 @@ pub fn subdivide(
     geometry: &Geometry,
     bvh: &Bvh,
     patch_size: Option<f64>,
+    progress: &dyn Progress,
 ) -> Result<Patches, PatchesError> {
-    let patches = Patches::uniform(geometry, patch_size.unwrap_or(f64::INFINITY))?;
-    Ok(uncover(geometry, patches, bvh))
+    let patch_size = patch_size.unwrap_or(f64::INFINITY);
+    let patches = Patches::uniform_heard(geometry, patch_size, progress)?;
+    Ok(uncover(geometry, patches, bvh, progress)?)
 }
 
 /// Bytes as hexadecimal digits.
@@ -120,7 +123,7 @@ impl Stored {
             let (scene, same_with) = (self.origin.scene.clone(), self.same_with(geometry));
             return Err(StoredError::Foreign { scene, same_with });
         }
-        let patches = subdivide(geometry, &Bvh::new(geometry), self.origin.patch_size)?;
+        let patches = subdivide(geometry, &Bvh::new(geometry), self.origin.patch_size, &Silent)?;
         let layout = Layout::new(geometry, &patches);
         let (rows, wanted) = (self.starts.len() - 1, layout.len());
         if rows != wanted {

@@ -11,7 +11,9 @@ use glam::{DVec2, DVec3};
 
 use super::line::Line;
 use super::touching;
+use crate::progress::{Cancelled, Progress};
 use crate::scene::box_tree::{Bounds, BoxTree};
+use crate::scene::shares::Shared;
 use crate::scene::{Geometry, TriangleId};
 
 /// The contact lines of all sides.
@@ -23,16 +25,19 @@ pub(super) struct ContactLines {
     edges: Vec<u8>,
     /// The lines of sides that have many.
     trees: HashMap<usize, BoxTree>,
+    /// Triangles that touch or cross so many others that not all of those were tried.
+    pub unfinished: usize,
 }
 
 /// Fewer lines than this need no tree.
 const MANY: usize = 16;
 
 impl ContactLines {
-    pub fn find(geometry: &Geometry) -> Self {
+    pub fn find(geometry: &Geometry, progress: &dyn Progress) -> Result<Self, Cancelled> {
         let solid: Vec<TriangleId> = geometry.ids().filter(|&t| geometry.is_solid(t)).collect();
-        let mut found = solid.iter().zip(touching::contacts(geometry, &solid).0).peekable();
-        let mut me = Self { starts: vec![0], ..Self::default() };
+        let Shared { found, unfinished, .. } = touching::contacts(geometry, &solid, progress)?;
+        let mut found = solid.iter().zip(found).peekable();
+        let mut me = Self { starts: vec![0], unfinished, ..Self::default() };
         for t in geometry.ids() {
             let own = found.next_if(|f| *f.0 == t).map_or_else(Default::default, |f| f.1);
             for side in own {
@@ -45,7 +50,7 @@ impl ContactLines {
                 me.edges.push(side.edges);
             }
         }
-        me
+        Ok(me)
     }
 
     /// Whether another triangle, which does not have this edge too, stands on edge `k` of a side.
@@ -93,6 +98,7 @@ mod tests {
     use super::super::line::Plane;
     use super::super::point::side_index;
     use super::*;
+    use crate::progress::Silent;
     use crate::scene::{Material, SceneBuilder, Side, Sides};
 
     #[test]
@@ -109,7 +115,7 @@ mod tests {
         ];
         b.mesh("floor and wall", &vertices, &[[0, 1, 2], [3, 4, 5]], m, Sides::Two);
         let g = b.finish().geometry;
-        let lines = ContactLines::find(&g);
+        let lines = ContactLines::find(&g, &Silent).unwrap();
         let floor = TriangleId(0);
         let everywhere = [DVec2::NEG_INFINITY, DVec2::INFINITY];
         let upper = lines.all(side_index(floor, Side::Front), everywhere, |_| true);

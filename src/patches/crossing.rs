@@ -10,6 +10,7 @@ use super::line::Line;
 use super::mesh::Patches;
 use super::point::PatchId;
 use super::split::Split;
+use crate::progress::{Cancelled, Progress};
 
 /// Patches whose centres lie within this many strips may own what lies beyond a line.
 const NEAR: f64 = 2.5;
@@ -19,7 +20,11 @@ const NEAR: f64 = 2.5;
 const MOST_LINES: usize = 128;
 
 /// The patches that contact lines pass through, and the owners of what lies beyond.
-pub(super) fn find_crossed(patches: &Patches, contacts: &ContactLines) -> CrossedPatches {
+pub(super) fn find_crossed(
+    patches: &Patches,
+    contacts: &ContactLines,
+    progress: &dyn Progress,
+) -> Result<CrossedPatches, Cancelled> {
     let mut me = CrossedPatches::default();
     me.sides.resize_with(patches.splits().len(), Default::default);
     let touched: Vec<(usize, PatchId, [u32; 2])> = (0..)
@@ -33,11 +38,14 @@ pub(super) fn find_crossed(patches: &Patches, contacts: &ContactLines) -> Crosse
             (first..first + (1 << (2 * level))).map(move |id| (side, PatchId(id), grid))
         })
         .collect();
-    let crossed: Vec<Option<CrossedPatch>> = touched
+    let crossed: Result<Vec<Option<CrossedPatch>>, Cancelled> = touched
         .par_iter()
-        .map(|&(side, id, grid)| crossed_patch(patches, id, grid, side, contacts))
+        .map(|&(side, id, grid)| {
+            progress.advance(0)?;
+            Ok(crossed_patch(patches, id, grid, side, contacts))
+        })
         .collect();
-    for ((side, id, _), crossed) in touched.into_iter().zip(crossed) {
+    for ((side, id, _), crossed) in touched.into_iter().zip(crossed?) {
         let Some(crossed) = crossed else { continue };
         if me.index.is_empty() {
             me.index = vec![NONE; patches.len()];
@@ -50,7 +58,7 @@ pub(super) fn find_crossed(patches: &Patches, contacts: &ContactLines) -> Crosse
             me.patches.push(crossed);
         }
     }
-    me
+    Ok(me)
 }
 
 impl CrossedPatch {

@@ -2,6 +2,7 @@
 
 use thiserror::Error;
 
+use crate::progress::Cancelled;
 use crate::scene::{Geometry, Side, TriangleId};
 
 /// Why a scene cannot be split as asked.
@@ -16,6 +17,9 @@ pub enum PatchesError {
         /// How many patches it would take (at least).
         count: u64,
     },
+    /// The caller cancelled.
+    #[error("cancelled")]
+    Cancelled(#[from] Cancelled),
 }
 
 /// More patches than this are refused: ids must leave room for marks in an item buffer.

@@ -12,15 +12,25 @@ use super::members::Members;
 use super::mesh::Patches;
 use super::point::{PatchId, SurfacePoint, side_index};
 use super::split::{PatchesError, Split, exchanging_areas, level_for, uniform_levels};
+use crate::progress::{Cancelled, Progress, Silent};
 use crate::scene::{Geometry, Side, TriangleId};
 
 impl Patches {
     /// Splits every exchanging side 1 to 4 at the edge midpoints until no area exceeds `max_area`
     /// (m²): the paper's uniform subdivision.
     pub fn uniform(geometry: &Geometry, max_area: f64) -> Result<Self, PatchesError> {
+        Self::uniform_heard(geometry, max_area, &Silent)
+    }
+
+    /// [`uniform`](Self::uniform), which `progress` may stop.
+    pub fn uniform_heard(
+        geometry: &Geometry,
+        max_area: f64,
+        progress: &dyn Progress,
+    ) -> Result<Self, PatchesError> {
         let levels = uniform_levels(geometry, max_area)?;
-        let contacts = ContactLines::find(geometry);
-        Ok(Self::build(geometry, &levels, contacts, &[]))
+        let contacts = ContactLines::find(geometry, progress)?;
+        Ok(Self::build(geometry, &levels, contacts, &[], progress)?)
     }
 
     /// Splits source triangles larger than `max_area` (m²) like [`uniform`](Self::uniform), and
@@ -39,15 +49,33 @@ impl Patches {
         max_area: f64,
         label: &[u32],
     ) -> Result<Self, PatchesError> {
+        Self::clustered_heard(geometry, max_area, label, &Silent)
+    }
+
+    /// [`clustered`](Self::clustered), which `progress` may stop.
+    pub fn clustered_heard(
+        geometry: &Geometry,
+        max_area: f64,
+        label: &[u32],
+        progress: &dyn Progress,
+    ) -> Result<Self, PatchesError> {
         let levels = uniform_levels(geometry, max_area)?;
-        let contacts = ContactLines::find(geometry);
+        let contacts = ContactLines::find(geometry, progress)?;
+        progress.advance(0)?;
         let whole = |t: TriangleId| levels[t.index()] == 0 && !geometry.is_whole(t);
         let clusters = clustered::clusters(geometry, &contacts, whole, max_area, label);
-        Ok(Self::build(geometry, &levels, contacts, &clusters))
+        progress.advance(0)?;
+        Ok(Self::build(geometry, &levels, contacts, &clusters, progress)?)
     }
 
     /// The patches of sides split to `levels`, or joined to the numbered `clusters` (by side).
-    fn build(geometry: &Geometry, levels: &[u8], contacts: ContactLines, clusters: &[u32]) -> Self {
+    fn build(
+        geometry: &Geometry,
+        levels: &[u8],
+        contacts: ContactLines,
+        clusters: &[u32],
+        progress: &dyn Progress,
+    ) -> Result<Self, Cancelled> {
         let mut patches = Self {
             splits: vec![Split::None; 2 * geometry.len()],
             cells: Vec::new(),
@@ -82,8 +110,9 @@ impl Patches {
         if !id_of.is_empty() {
             patches.gather_members(geometry, clusters);
         }
-        patches.crossed = find_crossed(&patches, &patches.contacts);
-        patches
+        progress.advance(0)?;
+        patches.crossed = find_crossed(&patches, &patches.contacts, progress)?;
+        Ok(patches)
     }
 
     /// Lists the members of clusters and moves their cells to those that stand for them.
@@ -126,12 +155,25 @@ impl Patches {
     }
 
     /// The same patches, some of them with another [`origin`](Self::origin) (on the patch itself).
-    #[must_use]
-    pub fn with_origins(mut self, origins: HashMap<PatchId, SurfacePoint>) -> Self {
+    ///
+    /// # Errors
+    /// If `progress` stops it.
+    pub fn with_origins(
+        mut self,
+        origins: HashMap<PatchId, SurfacePoint>,
+        progress: &dyn Progress,
+    ) -> Result<Self, Cancelled> {
         self.origins = origins;
-        self.crossed = find_crossed(&self, &self.contacts);
+        self.crossed = find_crossed(&self, &self.contacts, progress)?;
         self.fragments = OnceLock::new();
-        self
+        Ok(self)
+    }
+
+    /// How many source triangles touch or cross so many others that contacts of them may be left
+    /// out.
+    #[must_use]
+    pub fn contacts_left_out(&self) -> usize {
+        self.contacts.unfinished
     }
 
     /// The largest area (m²) that yields at least `more` patches beyond one a side of each source

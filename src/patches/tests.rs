@@ -1,6 +1,7 @@
 use glam::{DQuat, DVec2, DVec3, EulerRot};
 
 use super::*;
+use crate::progress::Silent;
 use crate::scene::builtin::Mesh;
 use crate::scene::{Geometry, Side, TriangleId};
 use crate::scene::{Material, SceneBuilder, Sides};
@@ -110,7 +111,7 @@ fn crowd(kind: &str, n: usize, turn: DQuat) -> Geometry {
 /// Triangles tried, and parts that patches are cut into.
 fn work(g: &Geometry) -> [usize; 2] {
     let solid: Vec<TriangleId> = g.ids().filter(|&t| g.is_solid(t)).collect();
-    let (_, tried) = touching::contacts(g, &solid);
+    let tried = touching::contacts(g, &solid, &Silent).unwrap().tried;
     let patches = Patches::uniform(g, 1e9).unwrap();
     let parts = patches.ids().map(|id| patches.fragments(id).map_or(1, |parts| parts.len())).sum();
     [tried, parts]

@@ -10,10 +10,11 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::line::{Line, Plane, clip, edge_under};
+use crate::progress::{Cancelled, Progress};
 use crate::scene::box_tree::{Bounds, BoxTree};
 use crate::scene::hash::Mixed;
 use crate::scene::planes::{SAME_NORMAL, plane_key};
-use crate::scene::shares::{Looked, share_out};
+use crate::scene::shares::{Looked, Shared, share_out};
 use crate::scene::{Geometry, Side, TriangleId};
 
 /// What touches one side.
@@ -38,13 +39,18 @@ const LINE: usize = 16;
 /// Planes with at least so many triangles have a tree of their own.
 const MANY: usize = 16;
 
-/// What touches the front and the back of each of some triangles, and how many were tried in all.
+/// What touches the front and the back of each of some triangles.
 pub(super) fn contacts(
     geometry: &Geometry,
     triangles: &[TriangleId],
-) -> (Vec<[Contacts; 2]>, usize) {
+    progress: &dyn Progress,
+) -> Result<Shared<[Contacts; 2]>, Cancelled> {
+    progress.advance(0)?;
     let search = Search::new(geometry, triangles);
-    share_out(triangles.len(), MOST_TRIED, |i, most| search.around(i, most))
+    share_out(triangles.len(), MOST_TRIED, |i, most| {
+        progress.advance(0)?;
+        Ok(search.around(i, most))
+    })
 }
 
 struct Facet {

@@ -1,6 +1,7 @@
 //! The field: a fan or a linear function over each patch.
 
 use std::collections::HashMap;
+use std::convert::Infallible;
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -10,6 +11,7 @@ use super::fit::fit;
 use super::mesh::{Mesh, VertexId};
 use super::normals::Normals;
 use crate::patches::{Cell, PatchId, Patches, SurfacePoint};
+use crate::progress::{Cancelled, Progress};
 use crate::scene::{Geometry, Rgb};
 
 /// A smooth irradiance field over all patches.
@@ -35,14 +37,45 @@ impl<'a> Field<'a> {
         irradiance: &'a [Rgb],
         usable: impl Fn(PatchId) -> bool,
     ) -> Self {
+        let go_on = || Ok::<(), Infallible>(());
+        let Ok(field) = Self::make(geometry, patches, irradiance, usable, go_on);
+        field
+    }
+
+    /// [`new`](Self::new), which `progress` may stop.
+    ///
+    /// # Errors
+    /// If it does.
+    pub fn new_heard(
+        geometry: &Geometry,
+        patches: &'a Patches,
+        irradiance: &'a [Rgb],
+        usable: impl Fn(PatchId) -> bool,
+        progress: &dyn Progress,
+    ) -> Result<Self, Cancelled> {
+        Self::make(geometry, patches, irradiance, usable, || progress.advance(0))
+    }
+
+    /// `go_on` is asked again and again.
+    fn make<E: Send>(
+        geometry: &Geometry,
+        patches: &'a Patches,
+        irradiance: &'a [Rgb],
+        usable: impl Fn(PatchId) -> bool,
+        go_on: impl Fn() -> Result<(), E> + Sync,
+    ) -> Result<Self, E> {
+        go_on()?;
         let mesh = Mesh::new(geometry, patches);
+        go_on()?;
         let incidence = mesh.incidence(patches, usable);
+        go_on()?;
         let centres: Vec<DVec3> =
             patches.ids().map(|i| patches.center(i).position(geometry)).collect();
         let positions = mesh.positions(geometry, patches);
         let neighbours = patches
             .has_clusters()
             .then(|| Neighbours::new(geometry, patches, &incidence, mesh.len()));
+        go_on()?;
         let second_ring = |v: usize| match &neighbours {
             Some(neighbours) => {
                 let mut ring = Vec::new();
@@ -51,24 +84,26 @@ impl<'a> Field<'a> {
             }
             None => incidence.second_ring(patches, &mesh, v),
         };
-        let vertices: Vec<Rgb> = match &neighbours {
-            Some(neighbours) => blend::vertices(
+        let vertices: Result<Vec<Rgb>, E> = match &neighbours {
+            Some(neighbours) => Ok(blend::vertices(
                 geometry,
                 patches,
                 &mesh,
                 (&incidence, neighbours),
                 (&positions, &centres),
                 irradiance,
-            ),
+            )),
             None => (0..mesh.len())
                 .into_par_iter()
                 .map(|v| {
+                    go_on()?;
                     let border = mesh.on_border(v);
                     let ring = if border { second_ring(v) } else { incidence.around(v).to_vec() };
-                    fit(positions[v], &ring, &centres, irradiance).at(DVec3::ZERO)
+                    Ok(fit(positions[v], &ring, &centres, irradiance).at(DVec3::ZERO))
                 })
                 .collect(),
         };
+        let vertices = vertices?;
         let mut touched = vec![false; mesh.len()];
         for id in patches.ids().filter(|&i| patches.has_contact(i)) {
             for v in mesh.corners(&patches.cell(id)) {
@@ -76,12 +111,15 @@ impl<'a> Field<'a> {
             }
         }
         // Near a contact each patch has corners of its own, from the patches that it sees.
-        let at_contacts = patches
+        let at_contacts: Result<HashMap<_, _>, E> = patches
             .ids()
             .filter(|&id| !patches.is_cluster(id))
             .collect::<Vec<_>>()
             .into_par_iter()
             .filter_map(|id| {
+                if let Err(stopped) = go_on() {
+                    return Some(Err(stopped));
+                }
                 let corners = mesh.corners(&patches.cell(id));
                 if !corners.iter().any(|v| touched[v.0 as usize]) {
                     return None;
@@ -94,10 +132,10 @@ impl<'a> Field<'a> {
                     }
                     fit(positions[v.0 as usize], &near, &centres, irradiance).at(DVec3::ZERO)
                 });
-                Some((id, values))
+                Some(Ok((id, values)))
             })
             .collect();
-        Self { patches, mesh, vertices, at_contacts, irradiance }
+        Ok(Self { patches, mesh, vertices, at_contacts: at_contacts?, irradiance })
     }
 
     /// Irradiance at a point of a surface, W/m² or lx; zero where no light is exchanged.

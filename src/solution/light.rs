@@ -9,8 +9,8 @@ use super::options::{Adaptive, CLUSTERED_PATCHES, LightOptions};
 use crate::direct::{self, DirectLight, DirectOptions};
 use crate::engines::{AssembleError, Engine, EngineOptions, EngineReport, assemble_lit};
 use crate::form_factors::{Account, FormFactors, RowsReport};
-use crate::patches::{PatchId, Patches};
-use crate::progress::Progress;
+use crate::patches::{PatchId, Patches, warn_of_contacts};
+use crate::progress::{Cancelled, Progress};
 use crate::reconstruct::Field;
 use crate::refine::factor::FactorRule;
 use crate::report::{Clock, Report, STORED};
@@ -40,6 +40,19 @@ impl Solution {
     pub fn field<'a>(&'a self, scene: &Scene) -> Field<'a> {
         Field::new(&scene.geometry, &self.patches, &self.irradiance, |i| self.usable[i.index()])
     }
+
+    /// [`field`](Self::field), which `progress` may stop.
+    ///
+    /// # Errors
+    /// If it does.
+    pub fn field_heard<'a>(
+        &'a self,
+        scene: &Scene,
+        progress: &dyn Progress,
+    ) -> Result<Field<'a>, Cancelled> {
+        let usable = |i: PatchId| self.usable[i.index()];
+        Field::new_heard(&scene.geometry, &self.patches, &self.irradiance, usable, progress)
+    }
 }
 
 /// Lights a scene once, as the options say ([`LightOptions::error`] is for
@@ -57,8 +70,10 @@ pub fn light(
     }
     let mut clock = Clock::start();
     let bvh = Bvh::new(&scene.geometry);
-    let (finest, patch_size) = subdivide(scene, options)?;
-    let finest = uncover(&scene.geometry, finest, &bvh);
+    progress.advance(0)?;
+    let (finest, patch_size) = subdivide(scene, options, progress)?;
+    warn_of_contacts(&finest, progress);
+    let finest = uncover(&scene.geometry, finest, &bvh, progress)?;
     clock.lap("subdivide");
     let Meshed { patches, factors, lamps, engine, foretold } =
         form_factors(scene, finest, patch_size, &bvh, options, progress)?;
@@ -71,7 +86,11 @@ pub fn light(
 }
 
 /// The finest mesh asked for, and the largest area of a patch to begin with, m².
-fn subdivide(scene: &Scene, options: &LightOptions) -> Result<(Patches, f64), LightError> {
+fn subdivide(
+    scene: &Scene,
+    options: &LightOptions,
+    progress: &dyn Progress,
+) -> Result<(Patches, f64), LightError> {
     let geometry = &scene.geometry;
     let cluster = options.clusters(geometry);
     let patch_size = match (options.patch_size, options.adaptive) {
@@ -83,9 +102,9 @@ fn subdivide(scene: &Scene, options: &LightOptions) -> Result<(Patches, f64), Li
     };
     let finest = options.adaptive.map_or(patch_size, |a| a.min_area.min(patch_size));
     let patches = if cluster {
-        Patches::clustered(geometry, finest, &scene.optics.material_of)?
+        Patches::clustered_heard(geometry, finest, &scene.optics.material_of, progress)?
     } else {
-        Patches::uniform(geometry, finest)?
+        Patches::uniform_heard(geometry, finest, progress)?
     };
     Ok((patches, patch_size))
 }
@@ -114,7 +133,7 @@ fn form_factors(
     let report = options.engine.report(&*engine);
     let count = |size| {
         let options = LightOptions { patch_size: Some(size), ..*options };
-        subdivide(scene, &options).ok().map(|(patches, _)| patches.len())
+        subdivide(scene, &options, progress).ok().map(|(patches, _)| patches.len())
     };
     let count: Option<&dyn Fn(f64) -> Option<usize>> =
         if options.adaptive.is_none() { Some(&count) } else { None };
@@ -156,6 +175,7 @@ pub fn light_by(
     progress: &dyn Progress,
 ) -> Result<Solution, LightError> {
     let clock = Clock::start();
+    warn_of_contacts(&patches, progress);
     let bvh = Bvh::new(&scene.geometry);
     let lamps = direct::from_lamps(scene, &patches, &bvh);
     let patch_size = patches.ids().map(|i| patches.area(i)).fold(0.0, f64::max);
@@ -226,6 +246,7 @@ fn lit_by(
         patches: patches.len(),
         clusters: patches.ids().filter(|&i| patches.is_cluster(i)).count(),
         patch_size,
+        contacts_left_out: patches.contacts_left_out(),
         engine: Some(engine),
         rows: Some(rows_report(&factors, &areas)),
         solve: Some(solved),

@@ -6,7 +6,7 @@ use crate::direct::MOST_SHADOW;
 use crate::engines::EngineOptions;
 use crate::engines::rays::MOST_SAMPLES;
 use crate::patches::Patches;
-use crate::progress::Progress;
+use crate::progress::{Cancelled, Progress, is_cancelled};
 use crate::report::ErrorReport;
 use crate::scene::Scene;
 use crate::solution::{LightError, LightOptions, Solution, light};
@@ -45,7 +45,7 @@ pub fn light_within(
 ) -> Result<Solution, LightError> {
     if !matches!(options.engine, EngineOptions::Rays(_)) {
         let mut solution = light(scene, options, progress)?;
-        solution.report.error = Some(error_of(scene, &solution));
+        solution.report.error = Some(error_of(scene, &solution, progress)?);
         return Ok(solution);
     }
     let mut options = *options;
@@ -66,7 +66,7 @@ pub fn light_within(
             Err(e) if best.is_some() && is_too_much(&e) => break,
             Err(error) => return Err(error),
         };
-        let error = error_of(scene, &solution);
+        let error = error_of(scene, &solution, progress)?;
         solution.report.error = Some(error);
         if best.as_ref().is_none_or(|b| error.total <= b.0) {
             best = Some((error.total, solution));
@@ -80,14 +80,19 @@ pub fn light_within(
 }
 
 /// What a solution states of itself.
-fn error_of(scene: &Scene, solution: &Solution) -> ErrorReport {
-    let field = solution.field(scene);
-    Uncertainty::of(&scene.geometry, solution, &field).report(solution)
+fn error_of(
+    scene: &Scene,
+    solution: &Solution,
+    progress: &dyn Progress,
+) -> Result<ErrorReport, Cancelled> {
+    let field = solution.field_heard(scene, progress)?;
+    Ok(Uncertainty::of(&scene.geometry, solution, &field).report(solution))
 }
 
 /// Whether there was no room for what was asked.
 fn is_too_much(error: &LightError) -> bool {
-    matches!(error, LightError::Memory { .. } | LightError::Patches(_) | LightError::Sink(_))
+    let size = matches!(error, LightError::Patches(_)) && !is_cancelled(error);
+    size || matches!(error, LightError::Memory { .. } | LightError::Sink(_))
 }
 
 /// Asks for more where an error is too large; `false` if there is nothing more to ask for.

@@ -5,6 +5,8 @@
 //! that of its fronts' side, whatever is first met of it is a front. So an engine may leave out its
 //! backs, about half of all triangles of most scenes, and nothing changes.
 
+use std::convert::Infallible;
+
 use glam::{DVec3, Vec3};
 
 use crate::scene::box_tree::{Bounds, BoxTree};
@@ -289,9 +291,10 @@ fn crosses_itself(triangles: &[[DVec3; 3]], corners: &[[u32; 3]]) -> bool {
                 && (crosses(i, other) || crosses(other, i));
             !found && tried < most
         });
-        Looked { found: !all, tried, all: all || found }
+        Ok::<_, Infallible>(Looked { found: !all, tried, all: all || found })
     };
-    share_out(boxes.len(), MOST_TRIED, around).0.contains(&true)
+    let Ok(shared) = share_out(boxes.len(), MOST_TRIED, around);
+    shared.found.contains(&true)
 }
 
 /// Whether a segment meets a triangle, but for segments in its plane.

@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use super::hemisphere::{DIRECTIONS, seen_from};
 use super::{Bvh, NOTHING};
 use crate::patches::{PatchId, Patches, SurfacePoint};
+use crate::progress::{Cancelled, Progress};
 use crate::scene::{Geometry, Side, TriangleId};
 
 /// A patch that sends more than this fraction of its light to backs that do not reflect is covered.
@@ -58,18 +59,32 @@ pub fn covered_triangles(geometry: &Geometry, most: usize) -> Vec<TriangleId> {
 
 /// Moves the origins of patches that are covered at their centroid, but not everywhere, to a point
 /// that is not. Only patches at a contact can be covered in part.
-#[must_use]
-pub fn uncover(geometry: &Geometry, patches: Patches, bvh: &Bvh) -> Patches {
+///
+/// # Errors
+/// If `progress` stops it.
+pub fn uncover(
+    geometry: &Geometry,
+    patches: Patches,
+    bvh: &Bvh,
+    progress: &dyn Progress,
+) -> Result<Patches, Cancelled> {
+    // Only backs that do not reflect cover, and nothing of the model stands on a stage.
+    let dark = |t: TriangleId| geometry.is_solid(t) && !geometry.exchanges(t, Side::Back);
+    if !geometry.ids().any(|t| dark(t) && !geometry.is_whole(t)) {
+        return Ok(patches);
+    }
     let near: Vec<PatchId> = patches.ids().filter(|&i| patches.has_contact(i)).collect();
     let covered = |p: SurfacePoint| is_covered(geometry, bvh, p);
-    let origins: HashMap<PatchId, SurfacePoint> = near
-        .into_par_iter()
-        .filter(|&i| covered(patches.center(i)))
-        .filter_map(|i| {
-            let cell = patches.cell(i);
-            let free = TRIED.iter().map(|&l| cell.point(l)).find(|&p| !covered(p));
-            free.map(|p| (i, p))
-        })
-        .collect();
-    if origins.is_empty() { patches } else { patches.with_origins(origins) }
+    let free = |i: PatchId| {
+        progress.advance(0)?;
+        if !covered(patches.center(i)) {
+            return Ok(None);
+        }
+        let cell = patches.cell(i);
+        let free = TRIED.iter().map(|&l| cell.point(l)).find(|&p| !covered(p));
+        Ok(free.map(|p| (i, p)))
+    };
+    let free: Result<Vec<_>, Cancelled> = near.into_par_iter().map(free).collect();
+    let origins: HashMap<PatchId, SurfacePoint> = free?.into_iter().flatten().collect();
+    if origins.is_empty() { Ok(patches) } else { patches.with_origins(origins, progress) }
 }

@@ -10,8 +10,9 @@ use glam::DVec3;
 
 use super::blockers::{Blocker, BlockerId, Blockers};
 use super::pieces::Fragment;
+use crate::progress::{Cancelled, Progress};
 use crate::scene::clip::clip;
-use crate::scene::shares::{Looked, share_out};
+use crate::scene::shares::{Looked, Shared, share_out};
 
 /// Normals of faces in one plane agree as well as this, or are as opposite.
 const PARALLEL: f64 = 0.999;
@@ -38,14 +39,21 @@ pub(super) struct Coverings {
     of: Vec<[Vec<BlockerId>; 2]>,
     /// Distances (m) up to this are none.
     reach: f64,
+    /// Faces that lie on so many others that not all of those were tried.
+    pub unfinished: usize,
 }
 
 impl Coverings {
     /// What covers blockers that lie within `reach` (m) of each other.
-    pub fn find(blockers: &Blockers, reach: f64) -> Self {
+    pub fn find(
+        blockers: &Blockers,
+        reach: f64,
+        progress: &dyn Progress,
+    ) -> Result<Self, Cancelled> {
         let polygons = &blockers.polygons;
         let areas: Vec<f64> = polygons.iter().map(|p| area(&p.corners)).collect();
         let around = |i: usize, most: usize| {
+            progress.advance(0)?;
             let p = &polygons[i];
             let apart = |low: DVec3, high: DVec3| {
                 let height = p.height(0.5 * (low + high)).abs();
@@ -70,10 +78,23 @@ impl Coverings {
                 tried < most
             });
             sides.iter_mut().for_each(|side| side.sort_unstable());
-            Looked { found: sides, tried, all }
+            Ok(Looked { found: sides, tried, all })
         };
-        let (of, _) = share_out(polygons.len(), MOST_TRIED, around);
-        Self { of, reach }
+        let Shared { found, unfinished, .. } = share_out(polygons.len(), MOST_TRIED, around)?;
+        Ok(Self { of: found, reach, unfinished })
+    }
+
+    /// Tells the caller of faces that may lie on others unknown.
+    pub fn warn(&self, blockers: &Blockers, progress: &dyn Progress) {
+        if self.unfinished > 0 {
+            progress.warn(&format!(
+                "{} of {} faces lie on or near so many others that not all that cover them are \
+                 known; what covered parts exchange may be counted; leave out faces that lie on \
+                 others",
+                self.unfinished,
+                blockers.polygons.len()
+            ));
+        }
     }
 
     /// The blockers that cover some of one side of a blocker, and come near a fragment of it.
@@ -216,6 +237,7 @@ mod tests {
     use super::super::pieces::fragments;
     use super::*;
     use crate::patches::Patches;
+    use crate::progress::Silent;
     use crate::scene::builtin::Mesh;
     use crate::scene::{Geometry, Material, SceneBuilder, Sides};
     use glam::dvec3;
@@ -229,7 +251,7 @@ mod tests {
         }
         let g: Geometry = b.finish().geometry;
         let blockers = Blockers::new(&g, 1e-7);
-        let coverings = Coverings::find(&blockers, 1e-6);
+        let coverings = Coverings::find(&blockers, 1e-6, &Silent).unwrap();
         let patches = Patches::uniform(&g, 1e9).unwrap();
         let mut found = vec![Vec::new(); g.len()];
         for id in patches.ids() {

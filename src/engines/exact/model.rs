@@ -74,7 +74,9 @@ impl<'a> Model<'a> {
         progress.advance(0)?;
         let mut tree = hierarchy(&of_patches, touching);
         progress.advance(0)?;
-        let seen_areas = leave_out_covered(&mut of_patches, &blockers, ROUNDING * bvh.scale());
+        let coverings = Coverings::find(&blockers, ROUNDING * bvh.scale(), progress)?;
+        coverings.warn(&blockers, progress);
+        let seen_areas = leave_out_covered(&mut of_patches, &blockers, &coverings);
         progress.advance(0)?;
         let mut places = vec![Place(0); tree.order.len()];
         for (at, id) in (0..).zip(&tree.order) {
@@ -267,9 +269,8 @@ impl<'a> Model<'a> {
 fn leave_out_covered(
     of_patches: &mut [Vec<Fragment>],
     blockers: &Blockers,
-    reach: f64,
+    coverings: &Coverings,
 ) -> Vec<Option<f64>> {
-    let coverings = Coverings::find(blockers, reach);
     let of_patch = |fragments: &mut Vec<Fragment>| {
         let mut left = Vec::new();
         let mut covered = false;
