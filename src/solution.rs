@@ -1,5 +1,6 @@
 //! From a scene to the irradiance of its patches: subdivide, make form factors, solve.
 
+mod dark;
 mod error;
 mod halves;
 mod light;

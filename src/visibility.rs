@@ -24,6 +24,7 @@ mod surroundings;
 pub(crate) use bodies::Bodies;
 pub use bvh::{Bvh, Hits, Lanes, Met, Packet};
 pub use covered::{COVERED, covered_triangles, uncover};
+pub(crate) use hemisphere::{DIRECTIONS, seen_from, share_of};
 pub(crate) use item_buffer::each_face;
 #[cfg(feature = "gpu")]
 pub(crate) use item_buffer::turn;

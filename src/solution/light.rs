@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::dark::Rough;
 use super::error::LightError;
 use super::halves::solve_halves;
 use super::memory::{Mesh, check_memory};
@@ -141,7 +142,7 @@ fn form_factors(
     let foretold = check_memory(&mut *engine, &mesh, options.method, options.memory)?;
     let Some(Adaptive { max_factor, min_area }) = options.adaptive else {
         let lamps = direct::from_lamps(scene, &finest, bvh);
-        let factors = rows(scene, &finest, &lamps, &mut *engine, options, progress)?;
+        let factors = rows(scene, (&finest, bvh), &lamps, &mut *engine, options, progress)?;
         drop(engine);
         return Ok(Meshed { patches: finest, factors, lamps, engine: report, foretold });
     };
@@ -161,7 +162,7 @@ fn form_factors(
         drop(refined.factors);
         let mut engine =
             options.engine.engine(geometry, &patches, bvh, options.memory, progress)?;
-        rows(scene, &patches, &lamps, &mut *engine, options, progress)?
+        rows(scene, (&patches, bvh), &lamps, &mut *engine, options, progress)?
     };
     Ok(Meshed { patches, factors, lamps, engine: report, foretold })
 }
@@ -262,7 +263,7 @@ fn lit_by(
 /// The rows of all patches that light can reach; `lamps` is what each receives from lamps.
 fn rows(
     scene: &Scene,
-    patches: &Patches,
+    (patches, bvh): (&Patches, &Bvh),
     lamps: &[Rgb],
     engine: &mut dyn Engine,
     options: &LightOptions,
@@ -279,6 +280,11 @@ fn rows(
     }
     let rho = direct::reflectance(&scene.optics, patches);
     let emission = direct::emission(&scene.optics, patches);
+    let rough = Rough { scene, patches, rho: &rho, emission: &emission, lamps };
+    if let Some(ids) = rough.lit(bvh, progress)? {
+        engine.make(&ids, &mut factors, progress)?;
+        return Ok(factors);
+    }
     let has_sky = scene.sky.max_element() > 0.0;
     let bright = |values: &[Rgb], i: PatchId| values[i.index()].max_element() > 0.0;
     let seeds = patches.ids().filter(|&i| has_sky || bright(&emission, i) || bright(lamps, i));

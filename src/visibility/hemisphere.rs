@@ -6,14 +6,19 @@ use crate::scene::Geometry;
 use crate::simd::LANES;
 
 /// Directions of a look.
-pub(super) const DIRECTIONS: usize = 4 * LANES;
+pub(crate) const DIRECTIONS: usize = 4 * LANES;
 
 /// In radians.
 const GOLDEN_ANGLE: f32 = 2.399_963_2;
 
+/// Share of a direction of a look in what a point receives: as its cosine is of all.
+pub(crate) fn share_of(direction: usize) -> f64 {
+    (2 * direction + 1) as f64 / (DIRECTIONS * DIRECTIONS) as f64
+}
+
 /// What is seen from a point of a surface in directions even over the hemisphere: an item, or
 /// [`NOTHING`](super::NOTHING), for each.
-pub(super) fn seen_from(
+pub(crate) fn seen_from(
     geometry: &Geometry,
     bvh: &Bvh,
     p: SurfacePoint,
