@@ -20,9 +20,9 @@ const FEW: usize = 4_000;
 /// What the rays of more patches than this end on takes too much memory.
 const MANY: usize = 400_000;
 
-/// Patches that receive less than this share of the mean stay in the dark. Where no light comes,
-/// rounding at silhouettes lets in about a tenth of that.
-const DARK: f64 = 5e-4;
+/// Patches that receive less than this share of what is usual stay in the dark. Where no light
+/// comes, rounding at silhouettes lets in about a tenth of that.
+const DARK: f64 = 1e-3;
 
 /// Bounces after which no light comes farther.
 const BOUNCES: usize = 64;
@@ -79,9 +79,10 @@ impl Rough<'_> {
                 own(self.lamps, i) + ends.iter().enumerate().map(from).sum::<f64>()
             };
             h = ends.par_iter().enumerate().map(received).collect();
-            let mean = h.iter().sum::<f64>() / n as f64;
+            // A mean that a few patches close to a lamp do not rule.
+            let usual = (h.iter().map(|h: &f64| h.sqrt()).sum::<f64>() / n as f64).powi(2);
             let lit_side = self.mean_of_sides(&first, |i| own(self.emission, i) + h[i]);
-            let is_lit = |id: &PatchId| lit_side[first[id.index()] as usize] > DARK * mean;
+            let is_lit = |id: &PatchId| lit_side[first[id.index()] as usize] > DARK * usual;
             let now: Vec<PatchId> = self.patches.ids().filter(is_lit).collect();
             if now == lit {
                 break;
