@@ -106,6 +106,7 @@ pub(crate) fn lamps_over(
             }
         }
     }
+}
 
 /// How far the points of a patch are apart at most, or about so.
 fn length(receivers: &[Receiver]) -> f64 {
@@ -165,7 +166,6 @@ fn reaching(lamp: &Lamp, axes: &Axes, receivers: &[Receiver], bvh: &Bvh) -> Rgb 
     let mut blocked = [0];
     bvh.blocked(&[packet], &mut blocked);
     (0..POINTS).filter(|l| blocked[0] >> l & 1 == 0).map(|l| arriving[l]).sum()
-}
 }
 
 /// The points of a patch, at most [`POINTS`]: those of an even set that belong to it, or else its
