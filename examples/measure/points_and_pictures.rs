@@ -31,8 +31,8 @@ use common::paths::Block;
 use hemicube::export::write_png;
 use hemicube::gather::{Estimate, GatherOptions, Place};
 use hemicube::render::Picture;
-use hemicube::tone::Tone;
 use hemicube::scene::{ImportOptions, Rgb, Scene, builtin, load, luminance};
+use hemicube::tone::Tone;
 
 fn main() -> Outcome<()> {
     let args: Vec<String> = std::env::args().skip(1).collect();

@@ -18,12 +18,12 @@ use rayon::prelude::*;
 
 use super::engine::{Engine, EngineError};
 use super::lookup::{Lookups, environment, index_in_grid};
-use super::sampling::{Starts, Table, aim};
+use super::sampling::{Random, Starts, Table, aim};
 use crate::form_factors::{Row, Weights};
 use crate::patches::{PatchId, Patches};
 use crate::scene::Geometry;
 use crate::simd::{LANES, multiversion};
-use crate::visibility::{Bvh, Frame, Hits, NOTHING, Packet};
+use crate::visibility::{Bvh, Frame, Hits, NOTHING, Packet, ROUNDING};
 
 /// How rows are sampled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -155,6 +155,32 @@ impl<'a> Rays<'a> {
     }
 
     /// A ray from a cut patch or a cluster, one by one: it begins where the patch is.
+    /// Gives the ray of a lane another start where it begins beneath something that lies on its
+    /// patch, which it meets at once: the row is the mean over what is not covered.
+    fn uncover(
+        &self,
+        (lane, id): (usize, PatchId),
+        local: Vec3,
+        packet: &mut Packet,
+        hits: &mut Hits,
+    ) {
+        /// Two surfaces are one where they are no farther apart, in radii of the scene.
+        const APART: f32 = 4.0 * ROUNDING as f32;
+        /// Patches that are covered almost everywhere stay so.
+        const TRIES: u64 = 4;
+        for k in 0..TRIES {
+            if hits.distance[lane] * local.z >= APART {
+                return;
+            }
+            let begin = packet.origin.map(|o| u64::from(o[lane].to_bits()));
+            let seed = begin[0] ^ begin[1] << 21 ^ begin[2] << 42 ^ k;
+            let [u, v] = Random::new(seed).numbers();
+            let (from, to, own) = self.place_one(id, DVec2::new(u, v), local);
+            packet.set(lane, from, to, f32::INFINITY, own);
+            self.bvh.closest(std::slice::from_ref(packet), std::slice::from_mut(hits));
+        }
+    }
+
     fn place_one(&self, id: PatchId, area: DVec2, local: Vec3) -> (Vec3, Vec3, Option<u32>) {
         let p = self.patches.sample_own(id, area);
         let frame =
@@ -238,6 +264,13 @@ fn make_rows(engine: &Rays<'_>, ids: &[PatchId], traced: &mut Traced, rows: &mut
             }
             let hits = &mut traced.hits[..points.len()];
             bvh.closest(packets, hits);
+            let touched = one_by_one.iter().filter(|(_, id)| patches.has_contact(*id));
+            for &(lane, id) in touched {
+                for k in 0..points.len() {
+                    let (_, local) = traced.starts.point(&points[k], lane);
+                    engine.uncover((lane, id), local, &mut packets[k], &mut hits[k]);
+                }
+            }
             let places = &mut traced.places[..points.len()];
             find(&engine.lookups, hits, places);
             for (set, row) in rows.iter_mut().enumerate() {

@@ -100,6 +100,9 @@ impl Gatherer<'_> {
         if is_near && (near >= 1.0 || chance() < near) {
             return None;
         }
+        if crate::knob!("CONST", 0.0) > 0.0 {
+            return Some((rho * self.field.of_patches()[id.index()], (id, rho)));
+        }
         Some((rho * self.field.within(id, p), (id, rho)))
     }
 

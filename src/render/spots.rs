@@ -95,7 +95,7 @@ pub(super) const SMOOTHED: f64 = 0.5;
 pub(super) const WIDEST: f64 = 32.0;
 
 /// Rays of the first look at each spot, and of further ones.
-pub(super) const LOOKS: [usize; 4] = [16, 64, 256, 1024];
+pub(super) const LOOKS: [usize; 4] = [16, 32, 128, 512];
 
 impl<'a> Gathering<'a> {
     pub fn new(gatherer: &'a Gatherer<'a>, tables: &'a [Table]) -> Self {

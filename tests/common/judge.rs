@@ -34,8 +34,16 @@ pub fn measured(
     let start = processor_seconds();
     let small = scene.geometry.len() as u64 <= MANY_SIDES / 2 && error.is_none();
     let light = LightOptions {
-        patch_size: small.then(|| Patches::area_adding(&scene.geometry, std::env::var("PATCHES").ok().and_then(|v| v.parse().ok()).unwrap_or(40_000))),
-        engine: EngineOptions::Rays(RaysOptions { samples: std::env::var("SAMPLES").ok().and_then(|v| v.parse().ok()).unwrap_or(512), seed: 0 }),
+        patch_size: small.then(|| {
+            Patches::area_adding(
+                &scene.geometry,
+                std::env::var("PATCHES").ok().and_then(|v| v.parse().ok()).unwrap_or(40_000),
+            )
+        }),
+        engine: EngineOptions::Rays(RaysOptions {
+            samples: std::env::var("SAMPLES").ok().and_then(|v| v.parse().ok()).unwrap_or(512),
+            seed: 0,
+        }),
         error,
         memory: 8 << 30,
         ..LightOptions::default()
