@@ -4,12 +4,15 @@
 //! H(x) = H_direct(D(x)) + H_lamps + 1/N Σ [ρ(y) H(y) + E(y) where y ∉ D(x)] + π L_sky · escaped
 //! ```
 //!
-//! y is what each of N rays meets whose density is proportional to the cosine; H(y) is the
-//! solution's smooth field. D(x) are the emitters that are analytic for the point
+//! y is what each of N rays meets whose density is proportional to the cosine. H(y) is the
+//! irradiance of the patch there if that is far away; near by, the ray goes on (`bounce.rs`). D(x) are the emitters that are analytic for the point
 //! ([`Emitters::is_analytic`]): their light comes by Lambert's formula and shadow rays, so their
-//! emission does not count where a ray meets them. The field is seen only from away, where the size
-//! of its patches blurs what is seen and not what is measured; the shadow at the point itself is as
-//! sharp as it is.
+//! emission does not count where a ray meets them. Patches are seen only from away, where their
+//! size blurs what is seen and not what is measured; the shadow at the point itself is as sharp as
+//! it is, and so is what lies beside it.
+//!
+//! Pictures measure the same at each pixel, with few rays, and share what neighbours find
+//! (`pixels.rs`, `render/smooth.rs`).
 //!
 //! # Errors
 //!
@@ -25,7 +28,8 @@
 //!
 //! - Rays begin [`CLEARANCE`] above the point. A shadow that none of the first shadow rays finds
 //!   (1/8 of all) is an error that is not stated.
-//! - Reflectance and emission are means over source triangles: textures are not looked up.
+//! - Far away, reflectance and emission are means over source triangles; textures are looked up
+//!   where rays land near by.
 //! - Of a solution by rows that are not sampled only the error is known that is due to the size of
 //!   patches.
 //! - Points more than a few radii away from the scene lose shadows, in single precision.

@@ -73,16 +73,6 @@
 //! The modules come in the order light travels; each uses only those above it.
 
 pub mod units;
-pub fn knob(name: &str, usual: f64) -> f64 {
-    std::env::var(name).ok().and_then(|v| v.parse().ok()).unwrap_or(usual)
-}
-#[macro_export]
-macro_rules! knob {
-    ($n:expr, $d:expr) => {{
-        static K: std::sync::OnceLock<f64> = std::sync::OnceLock::new();
-        *K.get_or_init(|| $crate::knob($n, $d))
-    }};
-}
 pub mod progress;
 pub mod simd;
 pub mod scene;

@@ -117,7 +117,6 @@ fn parts(error: &ErrorReport) -> String {
 }
 
 /// How well irradiance is known, as details say it: errors beyond irradiance itself are words.
-#[allow(dead_code, reason = "details say it")]
 pub fn known_to(error: &ErrorReport) -> String {
     let share = |e: f64| match e > UNKNOWN {
         true => "more than irradiance itself".to_owned(),

@@ -99,7 +99,9 @@ pub fn run(args: &Render) -> Result<(), Failure> {
         };
         let lamp = || lamp_before(&scene, view.camera.eye);
         let doubts = doubts::of_picture(&shares, &taken, &lamp).into_iter();
-        for doubt in doubts.chain(doubts::of_error(&error, solution.halves.is_some())) {
+        let of_error = doubts::of_error(&error, solution.halves.is_some()).into_iter();
+        let of_balance = doubts::of_balance(&solution.report);
+        for doubt in doubts.chain(of_error).chain(of_balance) {
             say(&format!("warning: {doubt}"));
         }
     }
@@ -360,14 +362,7 @@ pub fn say_details(report: &Report) {
         say(&format!("solution: {} iterations, residual {:.1e}", s.iterations, s.residual));
     }
     if let Some(e) = report.error {
-        say(&format!(
-            "error: on 80 % of the surface irradiance is known to {:.2} % (noise {:.2} %, size of \
-             patches {:.2} %), on half of it to {:.2} %",
-            100.0 * e.total,
-            100.0 * e.noise,
-            100.0 * e.refinement,
-            100.0 * e.half
-        ));
+        say(&format!("error: {}", doubts::known_to(&e)));
     }
     if let Some(e) = report.energy {
         say(&format!("energy: {:+.2} % imbalance of all that is emitted", 100.0 * e.imbalance));

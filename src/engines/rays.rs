@@ -154,13 +154,12 @@ impl<'a> Rays<'a> {
         self.traced.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// A ray from a cut patch or a cluster, one by one: it begins where the patch is.
-    /// Gives the ray of a lane another start where it begins beneath something that lies on its
-    /// patch, which it meets at once: the row is the mean over what is not covered.
+    /// Gives rays of lanes another start where they begin beneath something that lies on their
+    /// patch, which they meet at once: a row is the mean over what is not covered.
     fn uncover(
         &self,
-        (lane, id): (usize, PatchId),
-        local: Vec3,
+        lanes: &[(usize, PatchId)],
+        (starts, points): (&Starts, &[[u32; LANES]; 4]),
         packet: &mut Packet,
         hits: &mut Hits,
     ) {
@@ -169,18 +168,29 @@ impl<'a> Rays<'a> {
         /// Patches that are covered almost everywhere stay so.
         const TRIES: u64 = 4;
         for k in 0..TRIES {
-            if hits.distance[lane] * local.z >= APART {
+            let mut again = false;
+            for &(lane, id) in lanes {
+                // Rays along the surface come later to what lies on it.
+                if hits.distance[lane] > 0.1 || !self.patches.has_contact(id) {
+                    continue;
+                }
+                let (area, local) = starts.point(points, lane);
+                if hits.distance[lane] * local.z < APART {
+                    let [a, b] = area.map(|x| u64::from(x.to_bits()));
+                    let [u, v] = Random::new(a << 32 ^ b ^ u64::from(id.0) << 8 ^ k).numbers();
+                    let (from, to, own) = self.place_one(id, DVec2::new(u, v), local);
+                    packet.set(lane, from, to, f32::INFINITY, own);
+                    again = true;
+                }
+            }
+            if !again {
                 return;
             }
-            let begin = packet.origin.map(|o| u64::from(o[lane].to_bits()));
-            let seed = begin[0] ^ begin[1] << 21 ^ begin[2] << 42 ^ k;
-            let [u, v] = Random::new(seed).numbers();
-            let (from, to, own) = self.place_one(id, DVec2::new(u, v), local);
-            packet.set(lane, from, to, f32::INFINITY, own);
             self.bvh.closest(std::slice::from_ref(packet), std::slice::from_mut(hits));
         }
     }
 
+    /// A ray from a cut patch or a cluster, one by one: it begins where the patch is.
     fn place_one(&self, id: PatchId, area: DVec2, local: Vec3) -> (Vec3, Vec3, Option<u32>) {
         let p = self.patches.sample_own(id, area);
         let frame =
@@ -264,12 +274,13 @@ fn make_rows(engine: &Rays<'_>, ids: &[PatchId], traced: &mut Traced, rows: &mut
             }
             let hits = &mut traced.hits[..points.len()];
             bvh.closest(packets, hits);
-            let touched = one_by_one.iter().filter(|(_, id)| patches.has_contact(*id));
-            for &(lane, id) in touched {
-                for k in 0..points.len() {
-                    let (_, local) = traced.starts.point(&points[k], lane);
-                    engine.uncover((lane, id), local, &mut packets[k], &mut hits[k]);
-                }
+            for (k, points) in points.iter().enumerate() {
+                engine.uncover(
+                    &one_by_one,
+                    (&traced.starts, points),
+                    &mut packets[k],
+                    &mut hits[k],
+                );
             }
             let places = &mut traced.places[..points.len()];
             find(&engine.lookups, hits, places);

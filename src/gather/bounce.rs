@@ -1,8 +1,8 @@
 //! Where rays land near by, they go on.
 //!
-//! The field knows light as finely as patches are. A ray that lands within a few sizes of a patch
-//! from where it began would show that: shadows at contacts, blurred over a patch. So it does not
-//! read the field there but gathers once more: one shadow ray to each group of emitters and to each
+//! Patches know light no finer than they are. A ray that lands within a size of a patch from where
+//! it began would show that: shadows at contacts, blurred over a patch. So it does not read the
+//! patch but gathers once more: one shadow ray to each group of emitters and to each
 //! lamp, and one ray that goes on, until one lands far away (Christensen 1999, "Faster photon map
 //! global illumination"; Tabellion & Lamorlette 2004, "An approximate global illumination system
 //! for computer generated films"). Between near and far chance decides, so nothing jumps.
@@ -20,10 +20,10 @@ use crate::simd::LANES;
 use crate::visibility::{Frame, Hits, NOTHING, Packet};
 
 /// Hits nearer than this many radii of the patch met are near, those beyond the second far.
-const NEAR: [f64; 2] = [2.0, 4.0];
+const NEAR: [f64; 2] = [1.0, 2.0];
 
 /// A ray that is near after so many turns reads the field all the same.
-const TURNS: usize = 6;
+const TURNS: usize = 4;
 
 /// A place where a ray landed near by.
 #[derive(Debug, Clone, Copy)]
@@ -58,30 +58,29 @@ pub(super) type Read = (PatchId, Rgb);
 impl Gatherer<'_> {
     /// What lane `l` of a packet met, on its way to a receiver.
     pub(super) fn met(&self, hits: &Hits, l: usize, receiver: &Receiver) -> Met {
-        let (g, optics) = (&self.scene.geometry, &self.scene.optics);
         let item = hits.item[l];
         if item == NOTHING {
             return Met::Sky;
         }
-        let triangle = self.bvh.ids()[item as usize / 2];
+        let solid = &self.solids[item as usize / 2];
+        let triangle = solid.id;
         let side = if item & 1 == 1 { Side::Back } else { Side::Front };
-        if !g.exchanges(triangle, side) {
+        if !solid.exchanges[item as usize & 1] {
             return Met::Dark(side);
         }
-        let e = optics.emission(triangle, side);
-        let emitted = if e == Rgb::ZERO {
-            e
+        let emitted = if !solid.emits {
+            Rgb::ZERO
         } else {
+            let e = self.scene.optics.emission(triangle, side);
             let side = side_index(triangle, side);
-            let analytic = self.emitters.is_analytic(receiver, side);
+            let analytic = e != Rgb::ZERO && self.emitters.is_analytic(receiver, side);
             if analytic { -self.reflected[side] } else { e }
         };
         let uv = [hits.u[l], hits.v[l]].map(f64::from).into();
         Met::Surface { point: SurfacePoint { triangle, side, uv }, emitted }
     }
 
-    /// The radiosity (W/m² or lx) that a point reflects, as the field knows it, and the patch
-    /// read; `None` if it is so near (a distance in m, of a ray that has made so many `turns`) that
+    /// The radiosity (W/m² or lx) that a point reflects, as its patch knows it, and that patch; `None` if it is so near (a distance in m, of a ray that has made so many `turns`) that
     /// it is to be gathered. `chance` is a number of 0..1.
     pub(super) fn read(
         &self,
@@ -94,16 +93,12 @@ impl Gatherer<'_> {
             return Some((Rgb::ZERO, (PatchId(0), Rgb::ZERO)));
         };
         let radius = f64::from(self.radii[id.index()]);
-        let n = [crate::knob!("NEAR0", 1.0), crate::knob!("NEAR1", 2.0)];
-        let near = (n[1] - distance / radius) / (n[1] - n[0]);
-        let is_near = rho != Rgb::ZERO && near > 0.0 && turns < crate::knob!("TURNS", 4.0) as usize;
+        let near = (NEAR[1] - distance / radius) / (NEAR[1] - NEAR[0]);
+        let is_near = rho != Rgb::ZERO && near > 0.0 && turns < TURNS;
         if is_near && (near >= 1.0 || chance() < near) {
             return None;
         }
-        if crate::knob!("CONST", 0.0) > 0.0 {
-            return Some((rho * self.field.of_patches()[id.index()], (id, rho)));
-        }
-        Some((rho * self.field.within(id, p), (id, rho)))
+        Some((rho * self.field.of_patches()[id.index()], (id, rho)))
     }
 
     /// Where a ray that met a near point goes on from.

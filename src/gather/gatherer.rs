@@ -14,7 +14,7 @@ use crate::engines::sampling::{Random, Starts, Table, aim};
 use crate::patches::{Cell, PatchId, Patches, SurfacePoint, side_index};
 use crate::progress::{Cancelled, Progress};
 use crate::reconstruct::Field;
-use crate::scene::{Geometry, Rgb, Scene, Side, luminance};
+use crate::scene::{Geometry, Rgb, Scene, Side, TriangleId, luminance};
 use crate::simd::LANES;
 use crate::solution::Solution;
 use crate::uncertainty::Uncertainty;
@@ -48,6 +48,9 @@ pub struct Gatherer<'a> {
     surfaces: Surfaces,
     /// An estimate of what each analytic emitter reflects; of all other sides nothing.
     pub(super) reflected: Vec<Rgb>,
+    /// Of each solid triangle: its front's unit normal, whether it exchanges light on its front and
+    /// back, and whether it emits.
+    pub(super) solids: Vec<Solid>,
     /// Of each patch, from its centre to its farthest corner, m.
     pub(super) radii: Vec<f32>,
     table: Table,
@@ -56,6 +59,29 @@ pub struct Gatherer<'a> {
     /// Irradiance below this is darkness.
     dark: f64,
     seed: u32,
+}
+
+/// What rays ask of a triangle that they meet.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Solid {
+    /// Unit normal of its front.
+    pub normal: Vec3,
+    /// Of front and back: whether it exchanges light.
+    pub exchanges: [bool; 2],
+    /// Whether a side of it emits.
+    pub emits: bool,
+    pub id: TriangleId,
+}
+
+impl Solid {
+    fn of(scene: &Scene, id: TriangleId) -> Self {
+        Self {
+            normal: scene.geometry.normal(id, Side::Front).as_vec3(),
+            exchanges: Side::BOTH.map(|s| scene.geometry.exchanges(id, s)),
+            emits: Side::BOTH.iter().any(|&s| scene.optics.emission(id, s) != Rgb::ZERO),
+            id,
+        }
+    }
 }
 
 /// What the rays of a point met, counted.
@@ -120,6 +146,7 @@ impl<'a> Gatherer<'a> {
             bvh,
             emitters,
             surfaces: Surfaces::new(scene),
+            solids: bvh.ids().iter().map(|&t| Solid::of(scene, t)).collect(),
             reflected,
             radii: patches.ids().map(|id| radius(&scene.geometry, patches, id)).collect(),
             table,

@@ -25,11 +25,7 @@ impl GatherOptions {
     /// from each to each group of emitters, 128 more where they differ.
     #[must_use]
     pub fn of_pictures(seed: u32) -> Self {
-        Self {
-            samples: FEWEST_RAYS,
-            shadow: crate::knob!("SHADOW", 128.0) as usize * SETS / 2,
-            seed,
-        }
+        Self { samples: FEWEST_RAYS, shadow: 128 * SETS / 2, seed }
     }
 }
 

@@ -165,19 +165,18 @@ impl Gatherer<'_> {
         mut bring: impl FnMut(usize, Result<Rgb, Landing>),
     ) -> f64 {
         let (scale, sky) = (self.bvh.scale(), self.scene.sky * PI);
-        let g = &self.scene.geometry;
+        let face = p.face.as_vec3();
         let mut random = Random::new(p.seed);
         let mut reach = f64::INFINITY;
         for (number, hits) in buffers.hits.iter().enumerate() {
             let half = number % 2;
             let distance = f64::from(hits.distance[l]) * scale;
             if hits.item[l] != NOTHING {
-                let normal =
-                    g.normal(self.bvh.ids()[hits.item[l] as usize / 2], crate::scene::Side::Front);
-                let along = normal.dot(p.face);
+                let normal = self.solids[hits.item[l] as usize / 2].normal;
+                let along = f64::from(normal.dot(face));
                 let in_plane = (1.0 - along * along).max(0.0).sqrt();
-                let direction = buffers.packets[number].direction.map(|d| f64::from(d[l]));
-                let height = normal.dot(DVec3::from_array(direction)).abs() * distance;
+                let direction = Vec3::from_array(buffers.packets[number].direction.map(|d| d[l]));
+                let height = f64::from(normal.dot(direction).abs()) * distance;
                 let beside = height / in_plane.max(1e-9);
                 reach = reach.min(beside.clamp(BESIDE * distance, distance));
             }

@@ -12,7 +12,7 @@
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
-use super::spots::{Spot, Spots};
+use super::spots::{SMOOTHED, Spot, Spots};
 use crate::scene::Rgb;
 
 /// Spots that lie together.
@@ -59,7 +59,7 @@ impl Clump {
     /// Whether two may be taken together.
     fn is_with(&self, other: &Self) -> bool {
         let way = other.point - self.point;
-        let near = crate::knob!("SMOOTHED", 0.5) * self.reach.min(other.reach);
+        let near = SMOOTHED * self.reach.min(other.reach);
         let length = way.length();
         length < near
             && self.normal.distance(other.normal) < 0.5 * TURN
@@ -220,7 +220,7 @@ fn around(spot: &Spot, (x, y): (usize, usize), levels: &[Level]) -> Rgb {
                 let turn2 = c.normal.distance_squared(spot.normal) / (TURN * TURN);
                 let height = way.dot(spot.normal) / (APART * radius);
                 let inside = [1.0 - d2, 1.0 - turn2, 1.0 - height * height];
-                let reach = crate::knob!("SMOOTHED", 0.5) * c.reach * 1.5;
+                let reach = SMOOTHED * c.reach * 1.5;
                 if inside.iter().any(|i| *i <= 0.0) || d2 * radius * radius > reach * reach {
                     continue;
                 }

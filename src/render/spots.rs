@@ -86,7 +86,7 @@ pub(super) struct Gathering<'a> {
 }
 
 /// So many rays shall add up over the surroundings that a spot is smoothed over.
-const WANTED: f64 = 4096.0;
+const WANTED: f64 = 2048.0;
 
 /// The radius that spots are smoothed over is this fraction of their reach.
 pub(super) const SMOOTHED: f64 = 0.5;
@@ -95,7 +95,7 @@ pub(super) const SMOOTHED: f64 = 0.5;
 pub(super) const WIDEST: f64 = 32.0;
 
 /// Rays of the first look at each spot, and of further ones.
-pub(super) const LOOKS: [usize; 4] = [16, 32, 128, 512];
+pub(super) const LOOKS: [usize; 3] = [16, 32, 64];
 
 impl<'a> Gathering<'a> {
     pub fn new(gatherer: &'a Gatherer<'a>, tables: &'a [Table]) -> Self {
@@ -179,7 +179,7 @@ impl<'a> Gathering<'a> {
             spot.direct = *direct;
         }
         let mut rest: Vec<usize> = (0..spots.len()).collect();
-        for table in &self.tables[..crate::knob!("LOOKS", 3.0) as usize] {
+        for table in self.tables {
             let points: Vec<Receiving> = rest
                 .iter()
                 .map(|&i| Receiving {
@@ -191,9 +191,7 @@ impl<'a> Gathering<'a> {
             for (&i, found) in rest.iter().zip(&self.reflected) {
                 spots[i].add(found, table.points() as u32);
             }
-            rest.retain(|&i| {
-                spots[i].needs() > crate::knob!("SLACK", 1.5) * f64::from(spots[i].rays)
-            });
+            rest.retain(|&i| spots[i].needs() > 1.5 * f64::from(spots[i].rays));
         }
         self.receiving.clear();
         self.members.clear();
@@ -217,12 +215,12 @@ impl Spot {
 
     /// Radius that it is smoothed over, m.
     pub fn radius(&self) -> f64 {
-        (crate::knob!("SMOOTHED", 0.5) * self.reflected.reach).min(WIDEST * self.width)
+        (SMOOTHED * self.reflected.reach).min(WIDEST * self.width)
     }
 
     /// Rays that it should have, as few pixels around it may share theirs.
     fn needs(&self) -> f64 {
         let radius = self.radius() / self.width;
-        crate::knob!("WANTED", 1024.0) / (1.0 + radius * radius * self.facing)
+        WANTED / (1.0 + radius * radius * self.facing)
     }
 }

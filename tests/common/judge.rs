@@ -34,16 +34,8 @@ pub fn measured(
     let start = processor_seconds();
     let small = scene.geometry.len() as u64 <= MANY_SIDES / 2 && error.is_none();
     let light = LightOptions {
-        patch_size: small.then(|| {
-            Patches::area_adding(
-                &scene.geometry,
-                std::env::var("PATCHES").ok().and_then(|v| v.parse().ok()).unwrap_or(40_000),
-            )
-        }),
-        engine: EngineOptions::Rays(RaysOptions {
-            samples: std::env::var("SAMPLES").ok().and_then(|v| v.parse().ok()).unwrap_or(512),
-            seed: 0,
-        }),
+        patch_size: small.then(|| Patches::area_adding(&scene.geometry, 40_000)),
+        engine: EngineOptions::Rays(RaysOptions { samples: 512, seed: 0 }),
         error,
         memory: 8 << 30,
         ..LightOptions::default()
@@ -62,14 +54,7 @@ pub fn pictured(
     error: Option<f64>,
 ) -> Outcome<(Picture, Seconds)> {
     let start = processor_seconds();
-    let env = |n: &str, d: usize| std::env::var(n).ok().and_then(|v| v.parse().ok()).unwrap_or(d);
-    let light = LightOptions {
-        error,
-        memory: 8 << 30,
-        patch_size: Some(Patches::area_adding(&scene.geometry, env("PATCHES", 20_000) as u64)),
-        engine: EngineOptions::Rays(RaysOptions { samples: env("SAMPLES", 1024), seed: 0 }),
-        ..LightOptions::default()
-    };
+    let light = LightOptions { error, memory: 8 << 30, ..LightOptions::default() };
     let lit = scene.light(&light, &Silent)?;
     let between = processor_seconds();
     let options = PictureOptions { width, height, ..PictureOptions::default() };
@@ -77,9 +62,7 @@ pub fn pictured(
     let bvh = Bvh::new(&scene.geometry);
     let options_of_light = GatherOptions::of_pictures(0);
     let gatherer = Gatherer::new(scene, &lit.solution, &field, &bvh, options_of_light);
-    let draft = std::env::var_os("DRAFT").is_some();
-    let renderer = Renderer::new(scene, &field);
-    let renderer = if draft { renderer } else { renderer.gathering(&gatherer) };
+    let renderer = Renderer::new(scene, &field).gathering(&gatherer);
     let radiance = |s: &Sight| s.radiance.to_array().map(|x| x as f32);
     let picture = renderer.render(camera, &options, radiance, &Silent)?;
     Ok((picture, [between - start, processor_seconds() - between]))
