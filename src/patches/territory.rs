@@ -177,7 +177,7 @@ fn cut_all(polygon: Vec<DVec2>, mut lines: Vec<Line>, thin: f64, mut each: impl 
         lines.sort_by_cached_key(key);
     }
     let mut left = most_parts(lines.len());
-    let knives: Vec<Knife> = lines.iter().map(Knife::of).collect();
+    let knives: Vec<Knife> = lines.iter().map(|l| Knife::new([l.from, l.to])).collect();
     let mut stack = vec![(polygon, (0..lines.len() as u32).collect::<Vec<u32>>())];
     while let Some((mut polygon, lines)) = stack.pop() {
         let mut next = lines.iter();
@@ -225,8 +225,7 @@ struct Knife {
 }
 
 impl Knife {
-    fn of(line: &Line) -> Self {
-        let (from, to) = (line.from, line.to);
+    fn new([from, to]: [DVec2; 2]) -> Self {
         let length = from.distance(to);
         Self { from, along: (to - from) / length, length, low: from.min(to), high: from.max(to) }
     }
@@ -318,7 +317,7 @@ mod tests {
             (2..p.len()).map(|k| 0.5 * (p[k - 1] - p[0]).perp_dot(p[k] - p[0])).sum::<f64>()
         };
         let cut = |from: [f64; 2], to: [f64; 2]| {
-            let sides = cut(square(), [from.into(), to.into()], 1e-6);
+            let sides = Knife::new([from.into(), to.into()]).cut(square(), 1e-6);
             sides.each_ref().map(|p| p.as_ref().map(area))
         };
         assert_eq!(cut([0.25, -1.0], [0.25, 0.5]), [Some(0.25), Some(0.75)]);
