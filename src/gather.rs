@@ -5,11 +5,11 @@
 //! ```
 //!
 //! y is what each of N rays meets whose density is proportional to the cosine. H(y) is the
-//! irradiance of the patch there if that is far away; near by, the ray goes on (`bounce.rs`). D(x) are the emitters that are analytic for the point
-//! ([`Emitters::is_analytic`]): their light comes by Lambert's formula and shadow rays, so their
-//! emission does not count where a ray meets them. Patches are seen only from away, where their
-//! size blurs what is seen and not what is measured; the shadow at the point itself is as sharp as
-//! it is, and so is what lies beside it.
+//! irradiance of the patch there if that is far away; near by, the ray goes on (`bounce.rs`). D(x)
+//! are the emitters that are analytic for the point ([`Emitters::is_analytic`]): their light comes
+//! by Lambert's formula and shadow rays, so their emission does not count where a ray meets them.
+//! Patches are seen only from away, where their size blurs what is seen and not what is measured;
+//! the shadow at the point itself is as sharp as it is, and so is what lies beside it.
 //!
 //! Pictures measure the same at each pixel, with few rays, and share what neighbours find
 //! (`pixels.rs`, `render/smooth.rs`).
@@ -42,6 +42,7 @@ mod estimate;
 mod gatherer;
 mod options;
 mod pixels;
+mod points;
 mod surfaces;
 
 pub use estimate::{Estimate, Place, Probe};

@@ -1,6 +1,9 @@
 //! The camera's picture: `L = L_e + ρ(x) H(x) / π` at every visible point.
 //!
-//! The picture is an item buffer too: what is seen is decided where form factors decide it.
+//! The picture is an item buffer too: what is seen is decided where form factors decide it. H is
+//! gathered at each pixel ([`Renderer::gathering`]): samples of a pixel that see one surface share
+//! a spot (`spots.rs`), and spots share the rays of their surroundings (`smooth.rs`). Without a
+//! gatherer it is the field's, a draft.
 
 mod camera;
 mod picture;

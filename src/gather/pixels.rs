@@ -31,8 +31,6 @@ pub(crate) struct Receiving {
 pub(crate) struct Reflected {
     /// Irradiance, W/m² or lx.
     pub irradiance: Rgb,
-    /// Its variance, by the differences of the halves of its rays.
-    pub variance: Rgb,
     /// How far around the point its light may change, m: the distance to the nearest thing that
     /// rays meet, or to where its plane would cut the point's.
     pub reach: f64,
@@ -97,31 +95,28 @@ impl Gatherer<'_> {
     ) {
         found.clear();
         let mut landings = Vec::new();
-        // Two halves of the rays of each point.
-        let mut sums = vec![Rgb::ZERO; 2 * points.len()];
+        let mut sums = vec![Rgb::ZERO; points.len()];
         for (block, points) in points.chunks(LANES).enumerate() {
             let first = block * LANES;
             self.first_rays(points, table, buffers);
             for (l, p) in points.iter().enumerate() {
                 let start = p.point + p.face * (CLEARANCE * self.bvh.scale());
                 let receiver = self.emitters.point(start, p.normal, p.seed).with_all_emitters();
-                let sums = &mut sums[2 * (first + l)..][..2];
-                let reach =
-                    self.look_around(p, &receiver, l, buffers, |half, brought| match brought {
-                        Ok(light) => sums[half] += light,
-                        Err(landing) => landings
-                            .push(Landing { sum: 2 * (first + l) as u32 + half as u32, ..landing }),
-                    });
+                let sum = &mut sums[first + l];
+                let reach = self.look_around(p, &receiver, l, buffers, |brought| match brought {
+                    Ok(light) => *sum += light,
+                    Err(landing) => {
+                        landings.push(Landing { sum: (first + l) as u32, ..landing });
+                    }
+                });
                 found.push(Reflected { reach, ..Reflected::default() });
             }
         }
         let seed = points.first().map_or(0, |p| p.seed);
         self.go_on(landings, seed ^ 0x6e61, &mut buffers.work, &mut sums, |_| {});
         let rays = table.points() as f64;
-        for (found, sums) in found.iter_mut().zip(sums.chunks_exact(2)) {
-            found.irradiance = (sums[0] + sums[1]) / rays;
-            let off = (sums[0] - sums[1]) / rays;
-            found.variance = off * off;
+        for (found, sum) in found.iter_mut().zip(sums) {
+            found.irradiance = sum / rays;
         }
     }
 
@@ -154,22 +149,20 @@ impl Gatherer<'_> {
         self.bvh.closest(&buffers.packets, &mut buffers.hits);
     }
 
-    /// What the rays of lane `l` bring, or where they land near by, and to which half of them that
-    /// counts; yields the point's reach.
+    /// What the rays of lane `l` bring, or where they land near by; yields the point's reach.
     fn look_around(
         &self,
         p: &Receiving,
         receiver: &Receiver,
         l: usize,
         buffers: &Buffers,
-        mut bring: impl FnMut(usize, Result<Rgb, Landing>),
+        mut bring: impl FnMut(Result<Rgb, Landing>),
     ) -> f64 {
         let (scale, sky) = (self.bvh.scale(), self.scene.sky * PI);
         let face = p.face.as_vec3();
         let mut random = Random::new(p.seed);
         let mut reach = f64::INFINITY;
         for (number, hits) in buffers.hits.iter().enumerate() {
-            let half = number % 2;
             let distance = f64::from(hits.distance[l]) * scale;
             if hits.item[l] != NOTHING {
                 let normal = self.solids[hits.item[l] as usize / 2].normal;
@@ -181,14 +174,14 @@ impl Gatherer<'_> {
                 reach = reach.min(beside.clamp(BESIDE * distance, distance));
             }
             match self.met(hits, l, receiver) {
-                Met::Sky => bring(half, Ok(sky)),
+                Met::Sky => bring(Ok(sky)),
                 Met::Dark(_) => {}
                 Met::Surface { point, emitted } => {
-                    bring(half, Ok(emitted));
+                    bring(Ok(emitted));
                     let chance = || random.numbers::<1>()[0];
                     match self.read(point, (distance, 0), chance) {
-                        Some((light, _)) => bring(half, Ok(light)),
-                        None => bring(half, Err(self.landing(point, 0, Rgb::ONE))),
+                        Some((light, _)) => bring(Ok(light)),
+                        None => bring(Err(self.landing(point, 0, Rgb::ONE))),
                     }
                 }
             }

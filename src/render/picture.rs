@@ -11,7 +11,8 @@ pub struct PictureOptions {
     pub width: usize,
     /// Pixels down.
     pub height: usize,
-    /// Samples along each side of a pixel. Default 4: 16 a pixel.
+    /// Samples along each side of a pixel, at most 15 where light is gathered. Default 4: 16 a
+    /// pixel.
     pub samples: usize,
 }
 

@@ -274,7 +274,12 @@ impl<'a> Renderer<'a> {
 }
 
 multiversion! {
-    pub(super) fn draw(occluders: &Occluders, view: &View, face: &Face, buffer: &mut ItemBuffer) = draw_kernel
+    pub(super) fn draw(
+        occluders: &Occluders,
+        view: &View,
+        face: &Face,
+        buffer: &mut ItemBuffer,
+    ) = draw_kernel
 }
 
 /// Draws all source triangles; items are twice the number of the solid triangle, plus one if its

@@ -110,8 +110,9 @@ impl<'a> Gathering<'a> {
         }
     }
 
-    /// Sorts the samples of a pixel into spots, at `width` m a pixel there; `seed` tells pixels
-    /// apart. Yields how many there are.
+    /// Sorts the samples of a pixel into spots, seen from `eye` at `width` m a pixel; `seed` tells
+    /// pixels
+    /// apart.
     pub fn pixel(
         &mut self,
         samples: &[Option<Sample>],
@@ -207,7 +208,6 @@ impl Spot {
             *me = *more;
         } else {
             me.irradiance = (me.irradiance * a + more.irradiance * b) / (a + b);
-            me.variance = (me.variance * (a * a) + more.variance * (b * b)) / ((a + b) * (a + b));
             me.reach = me.reach.min(more.reach);
         }
         self.rays += rays;
