@@ -10,6 +10,7 @@ use super::receiver::Receiver;
 use super::set::Emitters;
 use super::workspace::Workspace;
 use crate::engines::sampling::Random;
+use crate::form_factors::kernel::point_to_polygon;
 use crate::scene::Rgb;
 use crate::simd::LANES;
 
@@ -17,6 +18,8 @@ impl Emitters<'_> {
     /// A point of the emitters that are analytic for a point (the [`look`](Self::look) before was
     /// at it too), drawn in proportion to what about arrives from each, and the irradiance
     /// (W/m² or lx) that it stands for: on average, where the segment to it is free, that of all.
+    /// Of an emitter near by that is hidden in part, points count by area and not by what they
+    /// send.
     pub(crate) fn one(
         &self,
         receiver: &Receiver,
@@ -54,11 +57,23 @@ impl Emitters<'_> {
         } else {
             self.tree.at_fraction((first, end), f64::from(rest / weight).clamp(0.0, 1.0))
         }];
-        let to = point_on(s.corners, u, v);
         let (from, normal) = receiver.middle;
+        let chosen = f64::from(sum / weight);
+        if end - first == 1 && cut.blocks[block].is_near(k, receiver.centre) {
+            // A point of it may be next to the receiver: its light is exact, and only whether it
+            // is seen is drawn.
+            let faces = s.normal.dot(from - s.corners[0]) > 0.0;
+            let light = s.radiance * (PI * point_to_polygon(from, normal, &s.corners) * chosen);
+            let mut tried = [[u, v], random.numbers(), random.numbers()]
+                .map(|[u, v]| point_on(s.corners, u, v))
+                .into_iter();
+            let to = tried.find(|to| kernel(s, from, normal, *to) > 0.0);
+            return to.filter(|_| faces).map(|to| (light, to));
+        }
+        let to = point_on(s.corners, u, v);
         let kernel = kernel(s, from, normal, to);
         let area = f64::from(cut.blocks[block].area[k]) * self.bvh.scale().powi(2);
-        let light = s.radiance * (PI * kernel * area * f64::from(sum / weight));
+        let light = s.radiance * (PI * kernel * area * chosen);
         (kernel > 0.0).then_some((light, to))
     }
 }
