@@ -22,6 +22,10 @@ use crate::visibility::{Frame, Hits, NOTHING, Packet};
 /// Hits nearer than this many radii of the patch met are near, those beyond the second far.
 const NEAR: [f64; 2] = [1.0, 2.0];
 
+/// Emitters that a landing sees under a larger form factor, head on, are left to the ray that goes
+/// on: one ray finds them as well as one shadow ray does.
+const LARGEST: f32 = 0.1;
+
 /// A ray that is near after so many turns reads the field all the same.
 const TURNS: usize = 4;
 
@@ -126,8 +130,9 @@ impl Gatherer<'_> {
             if landings.is_empty() {
                 return;
             }
-            let receivers: Vec<Receiver> =
-                landings.iter().map(|l| self.emitters.point(l.start, l.normal, 0)).collect();
+            let receiver =
+                |l: &Landing| self.emitters.point(l.start, l.normal, 0).with_largest(LARGEST);
+            let receivers: Vec<Receiver> = landings.iter().map(receiver).collect();
             self.direct_of(&landings, &receivers, &mut random, work, sums);
             let mut packets = vec![Packet::EMPTY; landings.len().div_ceil(LANES)];
             for (i, l) in landings.iter().enumerate() {

@@ -70,7 +70,7 @@ impl Gatherer<'_> {
             .iter()
             .map(|p| {
                 let at = p.point + p.face * clear;
-                self.emitters.point(at, p.normal, p.seed).with_all_emitters()
+                self.emitters.point(at, p.normal, p.seed).with_largest(f32::INFINITY)
             })
             .collect();
         self.emitters.look(&receivers, work);
@@ -101,7 +101,8 @@ impl Gatherer<'_> {
             self.first_rays(points, table, buffers);
             for (l, p) in points.iter().enumerate() {
                 let start = p.point + p.face * (CLEARANCE * self.bvh.scale());
-                let receiver = self.emitters.point(start, p.normal, p.seed).with_all_emitters();
+                let receiver =
+                    self.emitters.point(start, p.normal, p.seed).with_largest(f32::INFINITY);
                 let sum = &mut sums[first + l];
                 let reach = self.look_around(p, &receiver, l, buffers, |brought| match brought {
                     Ok(light) => *sum += light,

@@ -48,10 +48,11 @@ impl Receiver {
         self.seed
     }
 
-    /// The same, with every emitter analytic that does not lie in its plane.
+    /// The same, but leaving to the rays what it sees, head on, under a larger form factor than
+    /// that.
     #[must_use]
-    pub(crate) fn with_all_emitters(self) -> Self {
-        Self { largest: f32::INFINITY, ..self }
+    pub(crate) fn with_largest(self, largest: f32) -> Self {
+        Self { largest, ..self }
     }
 }
 
