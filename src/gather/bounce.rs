@@ -85,8 +85,8 @@ impl Gatherer<'_> {
     }
 
     /// The radiosity (W/m² or lx) that a point reflects, as its patch knows it, and that patch;
-    /// `None` if it is so near (a distance in m, of a ray that has made so many `turns`) that it is to
-    /// be gathered. `chance` is a number of 0..1.
+    /// `None` if it is so near (a distance in m, of a ray that has made so many `turns`) that it
+    /// is to be gathered. `chance` is a number of 0..1.
     pub(super) fn read(
         &self,
         p: SurfacePoint,
