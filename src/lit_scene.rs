@@ -139,7 +139,7 @@ impl LitScene<'_> {
         let bvh = Bvh::new(&self.scene.geometry);
         let options = GatherOptions::of_pictures(0);
         let gatherer = Gatherer::new(self.scene, &self.solution, &field, &bvh, options);
-        let renderer = Renderer::new(self.scene, &field).gathering(&gatherer);
+        let renderer = Renderer::gathering(self.scene, &field, &gatherer);
         Ok(view.taken_by(&renderer, progress)?.0)
     }
 

@@ -74,13 +74,13 @@ pub fn run(args: &Render) -> Result<(), Failure> {
         },
         ..View::through(camera)
     };
-    let mut renderer = Renderer::new(&scene, &field);
     let bvh = (!args.draft).then(|| Bvh::new(&scene.geometry));
     let options = GatherOptions::of_pictures(args.light.seed.unwrap_or_default());
     let gatherer = bvh.as_ref().map(|b| Gatherer::new(&scene, &solution, &field, b, options));
-    if let Some(gatherer) = &gatherer {
-        renderer = renderer.gathering(gatherer);
-    }
+    let renderer = match &gatherer {
+        Some(gatherer) => Renderer::gathering(&scene, &field, gatherer),
+        None => Renderer::new(&scene, &field),
+    };
     let (picture, stops) = view.taken_by(&renderer, &bar).map_err(picture_failure)?;
     let aspect = width as f64 / height as f64;
     let shares = renderer.shares(&view.camera, aspect).map_err(picture_failure)?;

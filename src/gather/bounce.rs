@@ -2,10 +2,10 @@
 //!
 //! Patches know light no finer than they are. A ray that lands within a size of a patch from where
 //! it began would show that: shadows at contacts, blurred over a patch. So it does not read the
-//! patch but gathers once more: one shadow ray to each group of emitters and to each
-//! lamp, and one ray that goes on, until one lands far away (Christensen 1999, "Faster photon map
-//! global illumination"; Tabellion & Lamorlette 2004, "An approximate global illumination system
-//! for computer generated films"). Between near and far chance decides, so nothing jumps.
+//! patch but gathers once more: one shadow ray to one emitter and one to each lamp, and one ray
+//! that goes on, until one lands far away (Christensen 1999, "Faster photon map global
+//! illumination"; Tabellion & Lamorlette 2004, "An approximate global illumination system for
+//! computer generated films"). Between near and far chance decides, so nothing jumps.
 
 use std::f64::consts::PI;
 
@@ -26,7 +26,7 @@ const NEAR: [f64; 2] = [1.0, 2.0];
 /// on: one ray finds them as well as one shadow ray does.
 const LARGEST: f32 = 0.1;
 
-/// A ray that is near after so many turns reads the field all the same.
+/// A ray that is near after so many turns reads the patch all the same.
 const TURNS: usize = 4;
 
 /// A place where a ray landed near by.
@@ -115,7 +115,7 @@ impl Gatherer<'_> {
         Landing { sum, weight: weight * rho, start, normal }
     }
 
-    /// Adds to `sums` what landings bring, and to `reads` what is read of the field.
+    /// Adds to `sums` what landings bring, and to `reads` the patches read.
     pub(super) fn go_on(
         &self,
         mut landings: Vec<Landing>,

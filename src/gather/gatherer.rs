@@ -120,6 +120,11 @@ impl<'a> Gatherer<'a> {
         }
     }
 
+    /// Textures, decoded.
+    pub(crate) fn surfaces(&self) -> &Surfaces {
+        &self.surfaces
+    }
+
     /// Reflectance at a point, textures included.
     pub(super) fn reflectance(&self, p: SurfacePoint) -> Rgb {
         self.surfaces.reflectance(self.scene, p)

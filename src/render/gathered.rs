@@ -13,6 +13,7 @@ use crate::engines::sampling::Table;
 use crate::gather::Gatherer;
 use crate::patches::SurfacePoint;
 use crate::progress::{Cancelled, Progress};
+use crate::reconstruct::Normals;
 use crate::scene::{Camera, Rgb, Scene};
 use crate::visibility::{Face, ItemBuffer, View};
 
@@ -57,7 +58,7 @@ impl Eye {
 impl Renderer<'_> {
     pub(super) fn gathered(
         &self,
-        gatherer: &Gatherer<'_>,
+        gatherer: (&Gatherer<'_>, &Normals),
         camera: &Camera,
         options: &PictureOptions,
         map: impl Fn(&Sight) -> [f32; 3] + Sync,
@@ -70,7 +71,7 @@ impl Renderer<'_> {
         let half = (0.5 * camera.vfov).tan();
         let pixel = 2.0 * half / h as f64;
         let eye = Eye { view, half, size: [w, h, n], pixel, camera: camera.clone() };
-        let tables = LOOKS.map(|rays| gatherer.table(rays));
+        let tables = LOOKS.map(|rays| gatherer.0.table(rays));
         let mut pixels = vec![[0.0; 3]; w * h];
         let margin = WIDEST as usize;
         let slab = (HELD / w).saturating_sub(2 * margin).max(margin).next_multiple_of(BAND);
@@ -93,7 +94,7 @@ impl Renderer<'_> {
     /// The spots of some rows of pixels, and what light they find.
     fn spots(
         &self,
-        gatherer: &Gatherer<'_>,
+        gatherer: (&Gatherer<'_>, &Normals),
         eye: &Eye,
         rows: std::ops::Range<usize>,
         tables: &[Table],
@@ -134,7 +135,7 @@ impl Renderer<'_> {
 
     fn spots_of_band(
         &self,
-        gatherer: &Gatherer<'_>,
+        gatherer: (&Gatherer<'_>, &Normals),
         eye: &Eye,
         band: std::ops::Range<usize>,
         tables: &[Table],
@@ -142,8 +143,8 @@ impl Renderer<'_> {
     ) -> Spots {
         let [w, _, n] = eye.size;
         let rows = band.len();
-        let samples = self.samples(eye, &band, buffer);
-        let mut gathering = Gathering::new(gatherer, tables);
+        let samples = self.samples(eye, gatherer.1, &band, buffer);
+        let mut gathering = Gathering::new(gatherer.0, tables);
         // Square by square, so that rays that go together begin together.
         let mut counts = vec![0_u32; rows * w];
         let mut of_sample = vec![NONE; rows * w * n * n];
@@ -184,6 +185,7 @@ impl Renderer<'_> {
     fn samples(
         &self,
         eye: &Eye,
+        normals: &Normals,
         band: &std::ops::Range<usize>,
         buffer: &mut ItemBuffer,
     ) -> Vec<Option<Sample>> {
@@ -197,7 +199,7 @@ impl Renderer<'_> {
                 if let Some(p) = point.filter(lit) {
                     let pixel = row / n * w + x / n;
                     samples[pixel * n * n + row % n * n + x % n] =
-                        Some(Sample::new(self.scene, &self.normals, p));
+                        Some(Sample::new(self.scene, normals, p));
                 }
             });
         }

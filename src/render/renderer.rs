@@ -66,10 +66,15 @@ pub struct Renderer<'a> {
     pub(super) scene: &'a Scene,
     field: &'a Field<'a>,
     pub(super) occluders: Occluders,
-    surfaces: Surfaces,
-    /// Who finds the light of pixels; without, it is the field's.
-    pub(super) gatherer: Option<&'a Gatherer<'a>>,
-    pub(super) normals: Normals,
+    light: Light<'a>,
+}
+
+/// Whose light a picture shows.
+enum Light<'a> {
+    /// The field's: a draft. What surfaces reflect is known here.
+    Field(Surfaces),
+    /// Gathered, along smooth normals.
+    Gathered(&'a Gatherer<'a>, Normals),
 }
 
 /// Rows of pixels that are drawn at once.
@@ -79,17 +84,25 @@ impl<'a> Renderer<'a> {
     /// Decodes the textures and collects what can be seen. Light is that of the field: a draft.
     #[must_use]
     pub fn new(scene: &'a Scene, field: &'a Field<'a>) -> Self {
-        let occluders = Occluders::new(&scene.geometry);
-        let normals = field.normals(&scene.geometry);
-        let surfaces = Surfaces::new(scene);
-        Self { scene, field, occluders, surfaces, gatherer: None, normals }
+        Self::by(scene, field, Light::Field(Surfaces::new(scene)))
     }
 
     /// The light of each pixel is gathered: direct light at the pixel itself, and what other
     /// surfaces reflect from where it lands.
     #[must_use]
-    pub fn gathering(self, gatherer: &'a Gatherer<'a>) -> Self {
-        Self { gatherer: Some(gatherer), ..self }
+    pub fn gathering(scene: &'a Scene, field: &'a Field<'a>, gatherer: &'a Gatherer<'a>) -> Self {
+        Self::by(scene, field, Light::Gathered(gatherer, field.normals(&scene.geometry)))
+    }
+
+    fn by(scene: &'a Scene, field: &'a Field<'a>, light: Light<'a>) -> Self {
+        Self { scene, field, occluders: Occluders::new(&scene.geometry), light }
+    }
+
+    fn surfaces(&self) -> &Surfaces {
+        match &self.light {
+            Light::Field(surfaces) => surfaces,
+            Light::Gathered(gatherer, _) => gatherer.surfaces(),
+        }
     }
 
     /// The picture, each sample mapped by `map` before the samples of a pixel are averaged (a tone
@@ -102,9 +115,11 @@ impl<'a> Renderer<'a> {
         map: impl Fn(&Sight) -> [f32; 3] + Sync,
         progress: &dyn Progress,
     ) -> Result<Picture, RenderError> {
-        match self.gatherer {
-            Some(gatherer) => self.gathered(gatherer, camera, options, map, progress),
-            None => self.drafted(camera, options, map, progress),
+        match &self.light {
+            Light::Field(_) => self.drafted(camera, options, map, progress),
+            Light::Gathered(gatherer, normals) => {
+                self.gathered((gatherer, normals), camera, options, map, progress)
+            }
         }
     }
 
@@ -216,8 +231,8 @@ impl<'a> Renderer<'a> {
         if !geometry.exchanges(p.triangle, p.side) {
             return Sight { seen: staged(Seen::Back), ..Sight::DARK };
         }
-        let emitted = self.surfaces.emitted(self.scene, p);
-        let rho = self.surfaces.reflectance(self.scene, p);
+        let emitted = self.surfaces().emitted(self.scene, p);
+        let rho = self.surfaces().reflectance(self.scene, p);
         Sight {
             radiance: emitted + rho * irradiance / PI,
             irradiance,

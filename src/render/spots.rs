@@ -111,8 +111,7 @@ impl<'a> Gathering<'a> {
     }
 
     /// Sorts the samples of a pixel into spots, seen from `eye` at `width` m a pixel; `seed` tells
-    /// pixels
-    /// apart.
+    /// pixels apart.
     pub fn pixel(
         &mut self,
         samples: &[Option<Sample>],

@@ -1,5 +1,5 @@
-//! Which patches stay in the dark under a sky, as the insides of closed bodies do: they need no
-//! rows, which are half of all in a model of two-sided triangles.
+//! Which patches stay in the dark under the sky of a stage, as the insides of closed bodies do:
+//! they need no rows, which are half of all in a model of two-sided triangles.
 //!
 //! A few rays from each patch and some bounces among them make a rough solution. To ask whether any
 //! light at all comes to a patch would not do: rays pass where faces cross each other, and one in
@@ -51,7 +51,9 @@ impl Rough<'_> {
         progress: &dyn Progress,
     ) -> Result<Option<Vec<PatchId>>, Cancelled> {
         let n = self.patches.len();
-        if self.scene.sky.max_element() <= 0.0 || !(FEW..=MANY).contains(&n) {
+        // Without a stage the light is the user's own, and a dim room under a bright sky counts.
+        let staged = self.scene.geometry.whole_from.is_some();
+        if !staged || self.scene.sky.max_element() <= 0.0 || !(FEW..=MANY).contains(&n) {
             return Ok(None);
         }
         let ends: Result<Vec<_>, Cancelled> = (0..n as u32)

@@ -62,7 +62,7 @@ pub fn pictured(
     let bvh = Bvh::new(&scene.geometry);
     let options_of_light = GatherOptions::of_pictures(0);
     let gatherer = Gatherer::new(scene, &lit.solution, &field, &bvh, options_of_light);
-    let renderer = Renderer::new(scene, &field).gathering(&gatherer);
+    let renderer = Renderer::gathering(scene, &field, &gatherer);
     let radiance = |s: &Sight| s.radiance.to_array().map(|x| x as f32);
     let picture = renderer.render(camera, &options, radiance, &Silent)?;
     Ok((picture, [between - start, processor_seconds() - between]))
