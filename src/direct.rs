@@ -7,14 +7,15 @@ mod lamps;
 mod light;
 mod optics;
 mod options;
+mod reflected;
 mod rows;
 
 pub use analytic::analytic;
-pub(crate) use analytic::like_a_lamp;
 pub use emitters::{Emitters, Receiver, ReceiverPoint, Workspace};
 pub use lamps::from_lamps;
 pub(crate) use lamps::lamps_over;
 pub use light::DirectLight;
 pub use optics::{emission, reflectance};
 pub use options::{Analytic, DirectOptions, MOST_SHADOW};
+pub(crate) use reflected::reflected_by_emitters;
 pub use rows::through_rows;

@@ -21,8 +21,8 @@
 //! the solution is added. Its noise is told by its two halves, which differ by twice the standard
 //! error of their mean: patch by patch in quadrature, in proportion to the rays that meet it, and
 //! once more for what all of them have in common. What the size of patches blurs
-//! ([`Uncertainty::refinement`]) has nothing in common, as a field passes by values on both sides:
-//! it is added in quadrature alone.
+//! ([`Uncertainty::refinement`]) has little in common, as a field passes by values on both sides:
+//! it is added in quadrature, and a quarter of it once more.
 //!
 //! # Limits
 //!
@@ -38,15 +38,19 @@
 //! [`Uncertainty::refinement`]: crate::uncertainty::Uncertainty::refinement
 
 mod bounce;
+mod calm;
 mod estimate;
 mod gatherer;
 mod options;
+mod outlook;
 mod pixels;
 mod points;
 mod surfaces;
 
+pub(crate) use calm::{Calm, Known};
 pub use estimate::{Estimate, Place, Probe};
 pub use gatherer::{CLEARANCE, Gatherer};
+pub(crate) use options::NOISE;
 pub use options::{FEWEST_RAYS, GatherOptions, MOST_RAYS};
-pub(crate) use pixels::{Buffers, Receiving, Reflected};
+pub(crate) use pixels::{Buffers, Near, Receiving, Reflected};
 pub(crate) use surfaces::Surfaces;

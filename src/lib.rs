@@ -96,7 +96,7 @@ pub mod export;
 pub mod lit_scene;
 
 pub use gather::{Estimate, GatherOptions, Place, Probe};
-pub use lit_scene::{LitScene, View};
+pub use lit_scene::{LitScene, Shot, View};
 pub use matrix::{Matrix, MatrixOptions};
 pub use progress::{Progress, Silent, is_cancelled};
 pub use render::Picture;

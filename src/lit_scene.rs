@@ -8,7 +8,7 @@ use crate::gather::{Estimate, GatherOptions, Gatherer, Probe};
 use crate::matrix::{self, Matrix, MatrixError, MatrixOptions};
 use crate::progress::{Cancelled, Progress};
 use crate::reconstruct::Field;
-use crate::render::{Picture, PictureOptions, RenderError, Renderer};
+use crate::render::{Picture, PictureOptions, PixelErrors, RenderError, Renderer};
 use crate::scene::{Camera, Scene};
 use crate::solution::{LightError, LightOptions, Solution, light};
 use crate::staging::{Lens, Model, viewpoint};
@@ -37,6 +37,17 @@ pub struct View {
     pub exposure: Option<f64>,
     /// The tone curve. Default AgX.
     pub tone: Tone,
+}
+
+/// A picture that was taken.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Shot {
+    /// Linear display light.
+    pub picture: Picture,
+    /// Its exposure, in stops.
+    pub exposure: f64,
+    /// How well each pixel is known, unless it is a draft.
+    pub errors: Option<PixelErrors>,
 }
 
 impl Scene {
@@ -100,7 +111,7 @@ impl View {
         Self { camera, picture, exposure: None, tone: Tone::Agx }
     }
 
-    /// What a renderer sees, and the exposure of it in stops.
+    /// What a renderer sees.
     ///
     /// # Errors
     /// As [`Renderer::render`].
@@ -108,7 +119,7 @@ impl View {
         &self,
         renderer: &Renderer<'_>,
         progress: &dyn Progress,
-    ) -> Result<(Picture, f64), RenderError> {
+    ) -> Result<Shot, RenderError> {
         let aspect = self.picture.width as f64 / self.picture.height as f64;
         let factor = match self.exposure {
             Some(stops) => stops.exp2(),
@@ -116,9 +127,9 @@ impl View {
         };
         progress.stage("picture", self.picture.height as u64);
         let shown = |radiance| self.tone.map(radiance * factor);
-        let picture =
-            renderer.render(&self.camera, &self.picture, |s| shown(s.radiance), progress)?;
-        Ok((picture, factor.log2()))
+        let (picture, errors) =
+            renderer.render_known(&self.camera, &self.picture, |s| shown(s.radiance), progress)?;
+        Ok(Shot { picture, exposure: factor.log2(), errors })
     }
 }
 
@@ -140,7 +151,7 @@ impl LitScene<'_> {
         let options = GatherOptions::of_pictures(0);
         let gatherer = Gatherer::new(self.scene, &self.solution, &field, &bvh, options);
         let renderer = Renderer::gathering(self.scene, &field, &gatherer);
-        Ok(view.taken_by(&renderer, progress)?.0)
+        Ok(view.taken_by(&renderer, progress)?.picture)
     }
 
     /// Irradiance at points, with its error.

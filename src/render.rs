@@ -2,16 +2,19 @@
 //!
 //! The picture is an item buffer too: what is seen is decided where form factors decide it. H is
 //! gathered at each pixel ([`Renderer::gathering`]): samples of a pixel that see one surface share
-//! a spot (`spots.rs`), and spots share the rays of their surroundings (`smooth.rs`). Without a
+//! a spot (`spots.rs`), and spots share the rays of their surroundings (`smooth.rs`); each pixel's
+//! error is told (`known.rs`). Without a
 //! gatherer it is the field's, a draft.
 
 mod camera;
-mod picture;
 mod gathered;
+mod known;
+mod picture;
 mod renderer;
 mod smooth;
 mod spots;
 
 pub use camera::check;
+pub use known::PixelErrors;
 pub use picture::{Picture, PictureOptions, RenderError};
 pub use renderer::{Renderer, Seen, Shares, Sight};

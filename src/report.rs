@@ -34,6 +34,8 @@ pub struct Report {
     pub solve: Option<SolveReport>,
     /// How well irradiance is known, once somebody asked for it.
     pub error: Option<ErrorReport>,
+    /// How well the picture is known, once one was made that is no draft.
+    pub picture_error: Option<PictureError>,
     /// Where the light went.
     pub energy: Option<EnergyBalance>,
     /// The stages in order, with wall-clock seconds.
@@ -57,6 +59,16 @@ pub struct ErrorReport {
     pub refinement: f64,
     /// All of it, at most on half of the surface.
     pub half: f64,
+}
+
+/// Half-widths of 95 % intervals of the luminance of pixels, as shares of it: what they are at most
+/// on four fifths of the picture.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct PictureError {
+    /// All of it.
+    pub total: f64,
+    /// What of it the solution does not know.
+    pub of_solution: f64,
 }
 
 /// Share of all light that may come from nowhere or go there; more is worth a warning.

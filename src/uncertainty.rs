@@ -18,4 +18,5 @@ mod neighbours;
 mod within;
 
 pub use estimate::Uncertainty;
+pub(crate) use within::IN_COMMON;
 pub use within::light_within;

@@ -329,8 +329,12 @@ pub struct Render {
     pub tone: ToneChoice,
 
     /// Show the light of patches alone: a quicker picture whose shadows are as fine as patches
-    #[arg(long)]
+    #[arg(long, conflicts_with = "error_map")]
     pub draft: bool,
+
+    /// Also write how well each pixel is known, as a picture: black exactly, white badly
+    #[arg(long, value_name = "FILE.png")]
+    pub error_map: Option<PathBuf>,
 
     /// How it is lit.
     #[command(flatten)]

@@ -107,6 +107,29 @@ pub fn of_error(error: &ErrorReport, sampled: bool) -> Option<String> {
     })
 }
 
+/// A warning about a picture that is hardly known, or not as well as was asked for: `known` is the
+/// error on most of it, and what of that is the solution's.
+pub fn of_pixels([all, of_solution]: [f64; 2], wanted: Option<f64>) -> Option<String> {
+    let limit = wanted.unwrap_or(ERROR);
+    if all <= limit {
+        return None;
+    }
+    let known = match all > UNKNOWN {
+        true => "on a fifth of the picture or more light is not known".to_owned(),
+        false => format!("on 80 % of the picture light is known to {:.1} % only", 100.0 * all),
+    };
+    let why = if of_solution > 0.7 * all {
+        "patches are too large for it, or their rays too few; use a smaller --patch-size and more \
+         --samples"
+    } else if wanted.is_some() {
+        "rays are as many as they can be, as half-shadows or contacts fill the picture; allow a \
+         larger error"
+    } else {
+        "ask for less with --error 5%, and see --error-map"
+    };
+    Some(format!("{known}: {why}"))
+}
+
 /// What an error is due to.
 fn parts(error: &ErrorReport) -> String {
     let share = |e: f64| match e > UNKNOWN {

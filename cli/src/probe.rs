@@ -5,12 +5,11 @@ use std::path::Path;
 use std::time::Instant;
 
 use hemicube::export::write_whole;
-use hemicube::gather::{self, Estimate, GatherOptions, Gatherer, MOST_RAYS, Place};
+use hemicube::gather::{self, Estimate, GatherOptions, Gatherer, Place};
 use hemicube::patches::Patches;
 use hemicube::progress::Progress;
 use hemicube::report::Stage;
 use hemicube::scene::{Scene, luminance};
-use hemicube::solution::MANY_SIDES;
 use hemicube::staging::Model;
 use hemicube::visibility::Bvh;
 
@@ -26,10 +25,10 @@ use crate::terminal::{Bar, catch_interrupts, print, print_data, say};
 
 /// Number of patches aimed at, beyond one a side of each source triangle. Points average over what
 /// they see, and the noise of patches with it; the size of patches beside a contact they do not.
-const PATCHES: u64 = 40_000;
+const PATCHES: u64 = 30_000;
 
-/// Rays a row, for the same reason fewer.
-const SAMPLES: usize = 512;
+/// Models of up to so many source triangles are not clustered for it.
+const SMALL: usize = 50_000;
 
 /// Runs the command.
 pub fn run(args: &Probe) -> Result<(), Failure> {
@@ -49,8 +48,9 @@ pub fn run(args: &Probe) -> Result<(), Failure> {
     let field = solution.field(&scene);
     let bvh = Bvh::new(&scene.geometry);
     let seed = args.light.seed.unwrap_or_default();
-    let samples = args.rays.unwrap_or_else(|| rays_within(args.light.error));
-    let options = GatherOptions { samples, seed, ..GatherOptions::default() };
+    let usual = GatherOptions::default();
+    let samples = args.rays.unwrap_or(usual.samples);
+    let options = GatherOptions { samples, seed, error: args.light.error, ..usual };
     let gatherer = Gatherer::new(&scene, &solution, &field, &bvh, options);
     bar.stage("points", table.probes.len() as u64);
     let mut found = gatherer.all(&table.probes, &bar)?;
@@ -68,6 +68,9 @@ pub fn run(args: &Probe) -> Result<(), Failure> {
     solution.report.stages.push(Stage { name: "points", seconds });
     if !quiet {
         say(&summary(&found));
+        if let Some(missed) = args.light.error.and_then(|e| missed(&found, e)) {
+            say(&format!("warning: {missed}"));
+        }
         if let Some(doubt) = of_balance(&solution.report) {
             say(&format!("warning: {doubt}"));
         }
@@ -89,26 +92,14 @@ fn tell_outside(found: &mut [Estimate], probes: &[gather::Probe], scene: &Scene,
     }
 }
 
-/// Rays a point that bring about this error.
-fn rays_within(target: Option<f64>) -> usize {
-    /// What the default brings about, mostly.
-    const USUAL: f64 = 0.01;
-    let usual = GatherOptions::default().samples as f64;
-    let more = target.map_or(1.0, |t| (USUAL / t).powf(1.5)).max(1.0);
-    (usual * more).min(MOST_RAYS as f64) as usize
-}
-
 /// How the scene is lit, where the command line leaves it open.
 fn light_of(args: &Probe, scene: &Scene) -> Light {
     let mut light = args.light.clone();
     let rays = light.engine() == EngineArg::Rays && light.factors.is_none();
     // Large models may have their triangles joined, which says how large patches are.
-    let small = scene.geometry.len() as u64 <= MANY_SIDES / 2 && light.cluster != ClusterArg::On;
-    if rays && light.error.is_none() {
-        light.samples.get_or_insert(SAMPLES);
-        if small && light.max_factor.is_none() {
-            light.patch_size.get_or_insert(Patches::area_adding(&scene.geometry, PATCHES));
-        }
+    let small = scene.geometry.len() <= SMALL && light.cluster != ClusterArg::On;
+    if rays && small && light.error.is_none() && light.max_factor.is_none() {
+        light.patch_size.get_or_insert(Patches::area_adding(&scene.geometry, PATCHES));
     }
     light
 }
@@ -150,6 +141,25 @@ fn ensure_lit(scene: &Scene, probes: &[gather::Probe]) -> Result<(), Failure> {
             "give --sky 1,1,1, or hang a --lamp".to_owned()
         }
     )))
+}
+
+/// How many points are not known as well as was asked for.
+fn missed(found: &[Estimate], wanted: f64) -> Option<String> {
+    let relative = |e: &Estimate| error(e) / luminance(e.irradiance);
+    let free = found.iter().filter(|e| e.place == Place::Free);
+    let missed: Vec<f64> = free.map(relative).filter(|r| *r > wanted).collect();
+    let worst = missed.iter().copied().fold(0.0, f64::max);
+    (!missed.is_empty()).then(|| {
+        format!(
+            "{} of {} points are not known to {:.3} %, the worst to {:.2} %: what is left is the \
+             solution's, or takes more rays than a point may have; use a smaller --patch-size, or \
+             allow a larger error",
+            missed.len(),
+            found.len(),
+            100.0 * wanted,
+            100.0 * worst
+        )
+    })
 }
 
 /// What people ask of a work plane, in a line.

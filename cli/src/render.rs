@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::ValueEnum;
-use hemicube::View;
 use hemicube::direct::DirectOptions;
 use hemicube::engines::{
     Draw, EngineError, EngineOptions, ExactOptions, HemicubeOptions, RaysOptions,
@@ -15,7 +14,7 @@ use hemicube::gather::{GatherOptions, Gatherer};
 use hemicube::patches::Patches;
 use hemicube::refine::factor::RefineError;
 use hemicube::render::{PictureOptions, RenderError, Renderer, check};
-use hemicube::report::{Report, Stage};
+use hemicube::report::{PictureError, Report, Stage};
 use hemicube::scene::{Lamp, Scene, TriangleId};
 use hemicube::solution::{Adaptive, Clustering, LightError, LightOptions, Solution, light_by};
 use hemicube::solve::Method;
@@ -23,6 +22,7 @@ use hemicube::tone::Tone;
 use hemicube::uncertainty::Uncertainty;
 use hemicube::units::{Area, significant};
 use hemicube::visibility::Bvh;
+use hemicube::{Shot, View};
 
 use crate::args::{
     ClusterArg, DeviceArg, DrawChoice, EngineArg, Exposure, Input, Light, Render, SolverChoice,
@@ -37,6 +37,15 @@ use crate::outputs;
 use crate::remedy;
 use crate::staging::{Setup, prepare};
 use crate::terminal::{Bar, catch_interrupts, print, say};
+
+/// The share of a picture that its error is stated for.
+const MOST_OF_A_PICTURE: f64 = 0.8;
+
+/// Rays a row of drafts, which show the noise of patches.
+const DRAFT_SAMPLES: usize = 1024;
+
+/// The error that a map shows white, where none is asked for.
+const FULL: f64 = 0.1;
 
 /// Runs the command.
 pub fn run(args: &Render) -> Result<(), Failure> {
@@ -54,11 +63,21 @@ pub fn run(args: &Render) -> Result<(), Failure> {
     let (width, height) = args.size.unwrap_or((usual.width, usual.height));
     check(&camera, width, height).map_err(picture_failure)?;
     let bar = Bar::new(args.light.run.quiet);
-    let mut solution = lit(&scene, &args.light, &bar)?;
+    let mut light = args.light.clone();
+    if args.draft && light.engine() == EngineArg::Rays && light.factors.is_none() {
+        light.samples = light.samples.or(light.error.is_none().then_some(DRAFT_SAMPLES));
+    }
+    let mut solution = lit(&scene, &light, &bar)?;
 
     let start = Instant::now();
     let field = solution.field(&scene);
-    let error = Uncertainty::of(&scene.geometry, &solution, &field).report(&solution);
+    let error = if args.draft {
+        Uncertainty::of(&scene.geometry, &solution, &field)
+    } else {
+        let reflected = solution.reflected_field_heard(&scene, &bar).map_err(Failure::failed)?;
+        Uncertainty::of_reflected(&scene.geometry, &solution, &reflected)
+    };
+    let error = error.report(&solution);
     let seconds = start.elapsed().as_secs_f64();
     let start = Instant::now();
     let view = View {
@@ -75,17 +94,34 @@ pub fn run(args: &Render) -> Result<(), Failure> {
         ..View::through(camera)
     };
     let bvh = (!args.draft).then(|| Bvh::new(&scene.geometry));
-    let options = GatherOptions::of_pictures(args.light.seed.unwrap_or_default());
+    let usual = GatherOptions::of_pictures(args.light.seed.unwrap_or_default());
+    let options = GatherOptions { error: args.light.error, ..usual };
     let gatherer = bvh.as_ref().map(|b| Gatherer::new(&scene, &solution, &field, b, options));
     let renderer = match &gatherer {
         Some(gatherer) => Renderer::gathering(&scene, &field, gatherer),
         None => Renderer::new(&scene, &field),
     };
-    let (picture, stops) = view.taken_by(&renderer, &bar).map_err(picture_failure)?;
+    let Shot { picture, exposure: stops, errors } =
+        view.taken_by(&renderer, &bar).map_err(picture_failure)?;
     let aspect = width as f64 / height as f64;
     let shares = renderer.shares(&view.camera, aspect).map_err(picture_failure)?;
     bar.finish();
     picture.save(&output).map_err(Failure::failed)?;
+    let known = errors.as_ref().map(|e| e.below(MOST_OF_A_PICTURE));
+    if let Some((path, errors)) = args.error_map.as_ref().zip(errors.as_ref()) {
+        let full = args.light.error.map_or(FULL, |e| 2.0 * e);
+        errors.picture(full).save(path).map_err(Failure::failed)?;
+        if !args.light.run.quiet {
+            say(&format!(
+                "{}: black 0 %, red {:.2} %, yellow {:.2} %, white {:.2} % or more of what is \
+                 seen: half-widths of 95 % intervals",
+                path.display(),
+                100.0 * full / 3.0,
+                200.0 * full / 3.0,
+                100.0 * full
+            ));
+        }
+    }
     let picture_seconds = start.elapsed().as_secs_f64();
     if !args.light.run.quiet && args.exposure == Exposure::Auto {
         say(&format!("exposure: --exposure {stops:.2}"));
@@ -99,17 +135,30 @@ pub fn run(args: &Render) -> Result<(), Failure> {
         };
         let lamp = || lamp_before(&scene, view.camera.eye);
         let doubts = doubts::of_picture(&shares, &taken, &lamp).into_iter();
-        let of_error = doubts::of_error(&error, solution.halves.is_some()).into_iter();
+        let of_error = match known {
+            Some(known) => doubts::of_pixels(known, args.light.error),
+            None => doubts::of_error(&error, solution.halves.is_some()),
+        };
         let of_balance = doubts::of_balance(&solution.report);
         for doubt in doubts.chain(of_error).chain(of_balance) {
             say(&format!("warning: {doubt}"));
         }
     }
     solution.report.error = Some(error);
+    solution.report.picture_error =
+        known.map(|[total, of_solution]| PictureError { total, of_solution });
     solution.report.stages.push(Stage { name: "reconstruct", seconds });
     solution.report.stages.push(Stage { name: "picture", seconds: picture_seconds });
     if args.light.run.verbose {
         say_details(&solution.report);
+        if let Some([all, of_solution]) = known {
+            say(&format!(
+                "picture: on 80 % of it light is known to {:.2} % (95 % intervals), to {:.2} % but \
+                 for its own noise",
+                100.0 * all,
+                100.0 * of_solution
+            ));
+        }
     }
     write_report(&mut solution.report, &args.light)?;
     print(&output.display().to_string());
@@ -123,13 +172,21 @@ pub fn set_threads(threads: usize) -> Result<(), Failure> {
 
 fn output_of(scene: &Scene, args: &Render) -> Result<PathBuf, Failure> {
     let path = args.output.clone().unwrap_or_else(|| PathBuf::from(format!("{}.png", scene.name)));
-    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default();
-    if !extension.eq_ignore_ascii_case("png") {
+    if !is_png(&path) {
         return Err(Failure::Input(format!("{}: pictures are written as .png", path.display())));
     }
-    let files = [("-o", Some(&path)), ("--report", args.light.run.report.as_ref())];
+    let map = args.error_map.as_ref();
+    if let Some(map) = map.filter(|m| !is_png(m)) {
+        return Err(Failure::Input(format!("{}: maps are written as .png", map.display())));
+    }
+    let report = args.light.run.report.as_ref();
+    let files = [("-o", Some(&path)), ("--error-map", map), ("--report", report)];
     outputs::check(&files, inputs(scene, &args.input, &args.light))?;
     Ok(path)
+}
+
+fn is_png(path: &Path) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"))
 }
 
 /// All files that a scene and its light are read from.

@@ -73,7 +73,7 @@ pub fn analytic(
 
 /// How much of what an emitter reflects is taken with what it emits: no more than that. An emitter
 /// that reflects more is less a lamp than a wall, of which rays find enough.
-pub(crate) fn like_a_lamp(reflected: Rgb, emission: Rgb) -> Rgb {
+pub(super) fn like_a_lamp(reflected: Rgb, emission: Rgb) -> Rgb {
     reflected.min(emission)
 }
 

@@ -27,7 +27,9 @@ mod pairs;
 mod receiver;
 mod set;
 mod single;
+mod solid_angle;
 mod sources;
+mod together;
 mod tree;
 mod workspace;
 

@@ -28,7 +28,7 @@ use crate::visibility::{Bvh, Frame, Hits, NOTHING, Packet, ROUNDING};
 /// How rows are sampled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct RaysOptions {
-    /// Rays a row, 32 to [`MOST_SAMPLES`], rounded up to a power of two. Default 1,024.
+    /// Rays a row, 32 to [`MOST_SAMPLES`], rounded up to a power of two. Default 256.
     pub samples: usize,
     /// Other seeds give other rays. Default 0.
     pub seed: u32,
@@ -39,7 +39,7 @@ pub const MOST_SAMPLES: usize = 1 << 16;
 
 impl Default for RaysOptions {
     fn default() -> Self {
-        Self { samples: 1024, seed: 0 }
+        Self { samples: 256, seed: 0 }
     }
 }
 

@@ -12,22 +12,19 @@ use std::f64::consts::PI;
 use glam::{DVec3, Vec3};
 
 use super::gatherer::{CLEARANCE, Gatherer};
-use crate::direct::{self, Receiver, Workspace};
+use crate::direct::{self, Receiver};
 use crate::engines::sampling::{Random, cosine};
 use crate::patches::{PatchId, SurfacePoint, side_index};
 use crate::scene::{Rgb, Side};
 use crate::simd::LANES;
 use crate::visibility::{Frame, Hits, NOTHING, Packet};
 
-/// Hits nearer than this many radii of the patch met are near, those beyond the second far.
-const NEAR: [f64; 2] = [1.0, 2.0];
-
 /// Emitters that a landing sees under a larger form factor, head on, are left to the ray that goes
 /// on: one ray finds them as well as one shadow ray does.
 const LARGEST: f32 = 0.1;
 
 /// A ray that is near after so many turns reads the patch all the same.
-const TURNS: usize = 4;
+const MOST_TURNS: usize = 100;
 
 /// A place where a ray landed near by.
 #[derive(Debug, Clone, Copy)]
@@ -97,13 +94,19 @@ impl Gatherer<'_> {
         let Some(id) = self.patches.at(p) else {
             return Some((Rgb::ZERO, (PatchId(0), Rgb::ZERO)));
         };
-        let radius = f64::from(self.radii[id.index()]);
-        let near = (NEAR[1] - distance / radius) / (NEAR[1] - NEAR[0]);
-        let is_near = rho != Rgb::ZERO && near > 0.0 && turns < TURNS;
+        let limit = f64::from(self.near[id.index()]);
+        let near = (2.0 - distance / limit).min(1.0);
+        let is_near = limit > 0.0 && rho != Rgb::ZERO && near > 0.0 && turns < MOST_TURNS;
         if is_near && (near >= 1.0 || chance() < near) {
             return None;
         }
-        Some((rho * self.field.of_patches()[id.index()], (id, rho)))
+        let radius = f64::from(self.radii[id.index()]);
+        let light = if limit == 0.0 && distance < 2.0 * radius {
+            self.field.within(id, p)
+        } else {
+            self.field.of_patches()[id.index()]
+        };
+        Some((rho * light, (id, rho)))
     }
 
     /// Where a ray that met a near point goes on from.
@@ -120,7 +123,6 @@ impl Gatherer<'_> {
         &self,
         mut landings: Vec<Landing>,
         seed: u64,
-        work: &mut Workspace,
         sums: &mut [Rgb],
         mut reads: impl FnMut(Read),
     ) {
@@ -132,8 +134,21 @@ impl Gatherer<'_> {
             }
             let receiver =
                 |l: &Landing| self.emitters.point(l.start, l.normal, 0).with_largest(LARGEST);
-            let receivers: Vec<Receiver> = landings.iter().map(receiver).collect();
-            self.direct_of(&landings, &receivers, &mut random, work, sums);
+            let mut receivers: Vec<Receiver> = landings.iter().map(receiver).collect();
+            self.direct_of(&landings, &receivers, &mut random, sums);
+            if turns > self.turns {
+                // Rays that bring little go on for others like them too (Arvo & Kirk 1990,
+                // "Particle transport and image synthesis").
+                landings.retain_mut(|l| {
+                    let chance = l.weight.max_element().min(1.0);
+                    l.weight /= chance;
+                    random.numbers::<1>()[0] < chance
+                });
+                if landings.is_empty() {
+                    return;
+                }
+                receivers = landings.iter().map(receiver).collect();
+            }
             let mut packets = vec![Packet::EMPTY; landings.len().div_ceil(LANES)];
             for (i, l) in landings.iter().enumerate() {
                 let [u, v] = random.numbers();
@@ -175,14 +190,12 @@ impl Gatherer<'_> {
         landings: &[Landing],
         receivers: &[Receiver],
         random: &mut Random,
-        work: &mut Workspace,
         sums: &mut [Rgb],
     ) {
         let mut segments: Vec<(u32, Rgb, Vec3, Vec3)> = Vec::new();
-        self.emitters.look(receivers, work);
         for (l, receiver) in landings.iter().zip(receivers) {
             let from = self.bvh.local(l.start);
-            if let Some((light, to)) = self.emitters.one(receiver, random, work) {
+            if let Some((light, to)) = self.emitters.one(receiver, random) {
                 segments.push((l.sum, l.weight * light, from, self.bvh.local(to) - from));
             }
         }

@@ -3,10 +3,11 @@
 use glam::Vec3;
 
 use super::options::{FEWEST_RAYS, GatherOptions, MOST_RAYS, SETS};
+use super::outlook::Outlook;
 use super::surfaces::Surfaces;
 use crate::direct::{self, Analytic, DirectOptions, Emitters};
 use crate::engines::sampling::Table;
-use crate::patches::{Cell, PatchId, Patches, SurfacePoint, side_index};
+use crate::patches::{PatchId, Patches, SurfacePoint};
 use crate::reconstruct::Field;
 use crate::scene::{Geometry, Rgb, Scene, Side, TriangleId, luminance};
 use crate::solution::Solution;
@@ -22,6 +23,20 @@ pub const CLEARANCE: f64 = 1e-5;
 /// solid that reflects on both sides; the field lets a little in at contacts.
 const DARK: f64 = 1e-3;
 
+/// Of the rays of a patch that is plain this share meets something near by at most: less than under
+/// things or between them, more than beside a wall.
+const MOST_NEAR: f32 = 0.3;
+
+/// What the size of a plain patch blurs is this share of its light at most.
+const MOST_BLURRED: f64 = 0.05;
+
+/// Looks at a point, each of four times the rays of the one before, for an error asked for.
+const LOOKS: usize = 4;
+
+/// Turns after which rays that bring little are thinned out.
+const TURNS: usize = 3;
+const TURNS_OF_PICTURES: usize = 1;
+
 /// Sets the sequences of points apart from those of rows.
 pub(super) const GATHER: u32 = 0x6a74_0000;
 
@@ -29,6 +44,7 @@ pub(super) const GATHER: u32 = 0x6a74_0000;
 pub struct Gatherer<'a> {
     pub(super) scene: &'a Scene,
     pub(super) patches: &'a Patches,
+    pub(super) solution: &'a Solution,
     pub(super) field: &'a Field<'a>,
     pub(super) bvh: &'a Bvh,
     pub(super) emitters: Emitters<'a>,
@@ -40,12 +56,21 @@ pub struct Gatherer<'a> {
     pub(super) solids: Vec<Solid>,
     /// Of each patch, from its centre to its farthest corner, m.
     pub(super) radii: Vec<f32>,
-    pub(super) table: Table,
+    /// What rays from all over each patch meet; empty where pictures are not made.
+    pub(super) outlooks: Vec<Outlook>,
+    /// Rays of points: the first, and four times as many again and again for an error asked for.
+    pub(super) tables: Vec<Table>,
     /// Half of what two halves differ in at each patch, and what its size blurs.
     pub(super) doubt: Vec<(Rgb, Rgb)>,
+    pub(super) options: GatherOptions,
     /// Irradiance below this is darkness.
     pub(super) dark: f64,
     pub(super) seed: u32,
+    /// Of each patch: hits nearer than this, m, are gathered once more, those beyond twice as many
+    /// far.
+    pub(super) near: Vec<f32>,
+    /// Of rays that land near by again and again all go on for so many turns, and some after them.
+    pub(super) turns: usize,
 }
 
 /// What rays ask of a triangle that they meet.
@@ -84,11 +109,15 @@ impl<'a> Gatherer<'a> {
     ) -> Self {
         let rays = options.samples.clamp(FEWEST_RAYS, MOST_RAYS);
         let seed = options.seed;
-        let table = Table::new(rays.div_ceil(SETS), GATHER ^ seed, SETS);
-        let shadow = options.shadow.div_ceil(SETS / 2);
+        let looks = if options.error.is_some() && !options.of_pictures { LOOKS } else { 1 };
+        let tables = (0..looks)
+            .map(|k| (rays << (2 * k)).min(MOST_RAYS).max(rays))
+            .map(|rays| Table::new(rays.div_ceil(SETS), GATHER ^ seed, SETS))
+            .collect();
+        let shadow = options.shadow();
         let direct = DirectOptions { analytic: Analytic::Suitable, shadow, seed };
         let patches = &solution.patches;
-        let reflected = reflected_by_emitters(scene, patches, field);
+        let reflected = direct::reflected_by_emitters(scene, patches, &solution.irradiance);
         let emitters =
             Emitters::new(&scene.geometry, &scene.optics, patches, bvh, direct, |s| reflected[s]);
         let blurred = Uncertainty::of(&scene.geometry, solution, field).refinement;
@@ -103,21 +132,44 @@ impl<'a> Gatherer<'a> {
             .map(|i| field.of_patches()[i.index()])
             .collect();
         let mean = luminance(lit.iter().sum::<Rgb>() / lit.len().max(1) as f64);
-        Self {
+        let radii = patches.ids().map(|id| radius(&scene.geometry, patches, id)).collect();
+        let mut me = Self {
             scene,
             patches,
+            solution,
             field,
             bvh,
             emitters,
             surfaces: Surfaces::new(scene),
             solids: bvh.ids().iter().map(|&t| Solid::of(scene, t)).collect(),
             reflected,
-            radii: patches.ids().map(|id| radius(&scene.geometry, patches, id)).collect(),
-            table,
+            radii,
+            outlooks: Vec::new(),
+            tables,
+            options,
             doubt,
             dark: DARK * mean,
             seed,
+            near: Vec::new(),
+            turns: if options.of_pictures { TURNS_OF_PICTURES } else { TURNS },
+        };
+        if options.of_pictures {
+            me.outlooks = me.outlooks();
         }
+        me.near = patches.ids().map(|id| me.near(id, &options)).collect();
+        me
+    }
+
+    /// Hits of a patch nearer than this, m, are gathered once more.
+    fn near(&self, id: PatchId, options: &GatherOptions) -> f32 {
+        let near = options.near as f32 * self.radii[id.index()];
+        let plain = self.outlooks.get(id.index()).is_some_and(|o| {
+            let light = luminance(self.solution.irradiance[id.index()]);
+            let blurred = luminance(self.doubt[id.index()].1);
+            let is_open = o.near <= MOST_NEAR && !self.patches.is_fragmented(id);
+            is_open && blurred <= MOST_BLURRED * light
+        });
+        if plain { 0.0 } else { near }
     }
 
     /// Textures, decoded.
@@ -130,6 +182,16 @@ impl<'a> Gatherer<'a> {
         self.surfaces.reflectance(self.scene, p)
     }
 
+    /// Mean irradiance of lit patches, in luminance, W/m² or lx.
+    pub(crate) fn mean(&self) -> f64 {
+        self.dark / DARK
+    }
+
+    /// Noise of reflected light in pictures, a standard error as a share of all light.
+    pub(crate) fn noise(&self) -> f64 {
+        self.options.noise()
+    }
+
     /// Sets rays of pictures apart from those of points.
     pub(super) fn seed(&self) -> u32 {
         GATHER ^ self.seed
@@ -138,7 +200,7 @@ impl<'a> Gatherer<'a> {
     /// Rays a point.
     #[must_use]
     pub fn samples(&self) -> usize {
-        SETS * self.table.points()
+        SETS * self.tables[0].points()
     }
 }
 
@@ -147,27 +209,4 @@ fn radius(geometry: &Geometry, patches: &Patches, id: PatchId) -> f32 {
     let centre = patches.center(id).position(geometry);
     let corners = patches.pieces(id).flat_map(|cell| cell.corners(geometry));
     corners.map(|c| c.distance_squared(centre)).fold(0.0, f64::max).sqrt() as f32
-}
-
-/// Mean radiosity that each emitting side reflects, as far as it is like a lamp.
-fn reflected_by_emitters(scene: &Scene, patches: &Patches, field: &Field<'_>) -> Vec<Rgb> {
-    let mut sums = vec![(Rgb::ZERO, 0.0); 2 * scene.geometry.len()];
-    for i in patches.ids() {
-        let Cell { triangle, side, .. } = patches.cell(i);
-        if scene.optics.emission(triangle, side) != Rgb::ZERO {
-            let (sum, area) = &mut sums[side_index(triangle, side)];
-            let rho = scene.optics.reflectance[triangle.index()];
-            *sum += rho * field.of_patches()[i.index()] * patches.own_area(i);
-            *area += patches.own_area(i);
-        }
-    }
-    for t in scene.geometry.ids() {
-        for side in Side::BOTH {
-            let (sum, area) = &mut sums[side_index(t, side)];
-            if *area > 0.0 {
-                *sum = direct::like_a_lamp(*sum / *area, scene.optics.emission(t, side));
-            }
-        }
-    }
-    sums.into_iter().map(|s| s.0).collect()
 }

@@ -3,13 +3,13 @@
 
 use std::f64::consts::PI;
 
-use glam::{DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec3};
 
 use super::bounce::{Landing, Met};
 use super::gatherer::{CLEARANCE, Gatherer};
 use crate::direct::{self, Receiver, Workspace};
 use crate::engines::sampling::{Random, Starts, Table, aim};
-use crate::scene::Rgb;
+use crate::scene::{Rgb, luminance};
 use crate::simd::LANES;
 use crate::visibility::{Frame, Hits, NOTHING, Packet};
 
@@ -22,6 +22,8 @@ pub(crate) struct Receiving {
     pub face: DVec3,
     /// Unit normal of the curved surface that the face stands for.
     pub normal: DVec3,
+    /// Width of what it stands for, m.
+    pub size: f64,
     /// Tells points apart.
     pub seed: u64,
 }
@@ -31,10 +33,39 @@ pub(crate) struct Receiving {
 pub(crate) struct Reflected {
     /// Irradiance, W/m² or lx.
     pub irradiance: Rgb,
+    /// Variance of its luminance, as rays that know nothing of each other differ.
+    pub variance: f64,
+    pub near: Near,
+}
+
+/// What shapes the light around a point most.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Near {
     /// How far around the point its light may change, m: the distance to the nearest thing that
     /// rays meet, or to where its plane would cut the point's.
     pub reach: f64,
+    /// The direction to that, along the surface.
+    pub toward: Vec3,
 }
+
+impl Default for Near {
+    fn default() -> Self {
+        Self { reach: f64::INFINITY, toward: Vec3::ZERO }
+    }
+}
+
+impl Near {
+    /// The nearer of two.
+    pub fn or(self, other: Self) -> Self {
+        if other.reach < self.reach { other } else { self }
+    }
+}
+
+/// Rays of a look that tell how far light is alike: more would hardly tell more.
+const TELLING: usize = 32;
+
+/// Sets of rays whose differences tell the variance.
+const BATCHES: usize = 4;
 
 /// Buffers.
 #[derive(Debug, Default)]
@@ -43,6 +74,9 @@ pub(crate) struct Buffers {
     packets: Vec<Packet>,
     hits: Vec<Hits>,
 }
+
+/// Points so many sizes apart share what they know of shadows.
+const BESIDE_IT: f64 = 2.5;
 
 /// Of a thing met at a distance d in a plane that cuts the point's plane nearer than that: no
 /// nearer than this fraction of d.
@@ -55,14 +89,16 @@ impl Gatherer<'_> {
         Table::new(rays, self.seed(), LANES)
     }
 
-    /// Direct irradiance from emitters and lamps at points that lie together.
-    /// `spread` gives places (m) that a point stands for, by its number and a number of 0..1.
+    /// Direct irradiance from emitters and lamps at points that lie together, and the variance of
+    /// its luminance.
+    /// `spread` gives places (m) that a point stands for, by its number and a point of the unit
+    /// square.
     pub(crate) fn direct(
         &self,
         points: &[Receiving],
-        spread: impl Fn(usize, f64) -> DVec3,
+        spread: impl Fn(usize, DVec2) -> DVec3,
         buffers: &mut Buffers,
-        found: &mut Vec<Rgb>,
+        found: &mut Vec<(Rgb, f64)>,
     ) {
         let clear = CLEARANCE * self.bvh.scale();
         let work = &mut buffers.work;
@@ -75,13 +111,19 @@ impl Gatherer<'_> {
             .collect();
         self.emitters.look(&receivers, work);
         found.clear();
-        for (i, (p, receiver)) in points.iter().zip(&receivers).enumerate() {
-            let sample = |u: glam::DVec2| (spread(i, u.x) + p.face * clear, p.normal, None);
-            let (light, _) = self.emitters.light_replicated::<1>(receiver, sample, work);
-            found.push(light);
-        }
+        found.resize(points.len(), (Rgb::ZERO, 0.0));
+        let sample = |i: usize, u: DVec2| {
+            let p = &points[i];
+            (spread(i, u) + p.face * clear, p.normal, None)
+        };
+        let near = |i: usize| BESIDE_IT * points[i].size;
+        self.emitters.light_together(&receivers, sample, near, work, found);
         let starts = points.iter().map(|p| (p.point + p.face * clear, p.normal));
-        direct::lamps_over(self.scene, self.bvh, starts, found);
+        let mut lamps = vec![Rgb::ZERO; points.len()];
+        direct::lamps_over(self.scene, self.bvh, starts, &mut lamps);
+        for (found, lamp) in found.iter_mut().zip(lamps) {
+            found.0 += lamp;
+        }
     }
 
     /// What points that lie together receive by way of other surfaces, and of the sky; `table`
@@ -95,7 +137,7 @@ impl Gatherer<'_> {
     ) {
         found.clear();
         let mut landings = Vec::new();
-        let mut sums = vec![Rgb::ZERO; points.len()];
+        let mut sums = vec![Rgb::ZERO; BATCHES * points.len()];
         for (block, points) in points.chunks(LANES).enumerate() {
             let first = block * LANES;
             self.first_rays(points, table, buffers);
@@ -103,21 +145,26 @@ impl Gatherer<'_> {
                 let start = p.point + p.face * (CLEARANCE * self.bvh.scale());
                 let receiver =
                     self.emitters.point(start, p.normal, p.seed).with_largest(f32::INFINITY);
-                let sum = &mut sums[first + l];
-                let reach = self.look_around(p, &receiver, l, buffers, |brought| match brought {
-                    Ok(light) => *sum += light,
-                    Err(landing) => {
-                        landings.push(Landing { sum: (first + l) as u32, ..landing });
-                    }
-                });
-                found.push(Reflected { reach, ..Reflected::default() });
+                let own = BATCHES * (first + l);
+                let near =
+                    self.look_around(p, &receiver, l, buffers, |batch, brought| match brought {
+                        Ok(light) => sums[own + batch] += light,
+                        Err(landing) => {
+                            landings.push(Landing { sum: (own + batch) as u32, ..landing });
+                        }
+                    });
+                found.push(Reflected { near, ..Reflected::default() });
             }
         }
         let seed = points.first().map_or(0, |p| p.seed);
-        self.go_on(landings, seed ^ 0x6e61, &mut buffers.work, &mut sums, |_| {});
+        self.go_on(landings, seed ^ 0x6e61, &mut sums, |_| {});
         let rays = table.points() as f64;
-        for (found, sum) in found.iter_mut().zip(sums) {
-            found.irradiance = sum / rays;
+        for (found, sums) in found.iter_mut().zip(sums.chunks_exact(BATCHES)) {
+            found.irradiance = sums.iter().sum::<Rgb>() / rays;
+            let mean = luminance(found.irradiance);
+            let off = |sum: &Rgb| luminance(*sum) * BATCHES as f64 / rays - mean;
+            let squares: f64 = sums.iter().map(|s| off(s).powi(2)).sum();
+            found.variance = squares / (BATCHES * (BATCHES - 1)) as f64;
         }
     }
 
@@ -150,43 +197,60 @@ impl Gatherer<'_> {
         self.bvh.closest(&buffers.packets, &mut buffers.hits);
     }
 
-    /// What the rays of lane `l` bring, or where they land near by; yields the point's reach.
+    /// What the rays of lane `l` bring, or where they land near by, and for which batch; yields
+    /// what is nearest.
     fn look_around(
         &self,
         p: &Receiving,
         receiver: &Receiver,
         l: usize,
         buffers: &Buffers,
-        mut bring: impl FnMut(Result<Rgb, Landing>),
-    ) -> f64 {
+        mut bring: impl FnMut(usize, Result<Rgb, Landing>),
+    ) -> Near {
         let (scale, sky) = (self.bvh.scale(), self.scene.sky * PI);
         let face = p.face.as_vec3();
         let mut random = Random::new(p.seed);
-        let mut reach = f64::INFINITY;
+        let mut nearest = Near::default();
+        // Rays are sorted by where they go.
+        let step = (buffers.hits.len() / TELLING).max(1);
         for (number, hits) in buffers.hits.iter().enumerate() {
             let distance = f64::from(hits.distance[l]) * scale;
-            if hits.item[l] != NOTHING {
-                let normal = self.solids[hits.item[l] as usize / 2].normal;
-                let along = f64::from(normal.dot(face));
-                let in_plane = (1.0 - along * along).max(0.0).sqrt();
-                let direction = Vec3::from_array(buffers.packets[number].direction.map(|d| d[l]));
-                let height = f64::from(normal.dot(direction).abs()) * distance;
-                let beside = height / in_plane.max(1e-9);
-                reach = reach.min(beside.clamp(BESIDE * distance, distance));
+            if number % step == 0 {
+                nearest = nearest.or(self.near_of(&buffers.packets[number], hits, l, face));
             }
+            let batch = number % BATCHES;
             match self.met(hits, l, receiver) {
-                Met::Sky => bring(Ok(sky)),
+                Met::Sky => bring(batch, Ok(sky)),
                 Met::Dark(_) => {}
                 Met::Surface { point, emitted } => {
-                    bring(Ok(emitted));
+                    bring(batch, Ok(emitted));
                     let chance = || random.numbers::<1>()[0];
                     match self.read(point, (distance, 0), chance) {
-                        Some((light, _)) => bring(Ok(light)),
-                        None => bring(Err(self.landing(point, 0, Rgb::ONE))),
+                        Some((light, _)) => bring(batch, Ok(light)),
+                        None => bring(batch, Err(self.landing(point, 0, Rgb::ONE))),
                     }
                 }
             }
         }
-        reach
+        nearest
+    }
+
+    /// How far from where the ray of lane `l` began, on a surface with the normal `face`, light may
+    /// change because of what it met.
+    pub(super) fn near_of(&self, packet: &Packet, hits: &Hits, l: usize, face: Vec3) -> Near {
+        if hits.item[l] == NOTHING {
+            return Near::default();
+        }
+        let distance = f64::from(hits.distance[l]) * self.bvh.scale();
+        let normal = self.solids[hits.item[l] as usize / 2].normal;
+        let along = f64::from(normal.dot(face));
+        let in_plane = (1.0 - along * along).max(0.0).sqrt();
+        let direction = Vec3::from_array(packet.direction.map(|d| d[l]));
+        let height = f64::from(normal.dot(direction).abs()) * distance;
+        let beside = height / in_plane.max(1e-9);
+        let reach = beside.clamp(BESIDE * distance, distance);
+        let along = normal - face * normal.dot(face);
+        let toward = along.normalize_or_zero() * along.dot(direction).signum();
+        Near { reach, toward }
     }
 }

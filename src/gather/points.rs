@@ -10,11 +10,12 @@ use super::estimate::{Estimate, Place, Probe};
 use super::gatherer::{CLEARANCE, GATHER, Gatherer};
 use super::options::SETS;
 use crate::direct::{self, Receiver, Workspace};
-use crate::engines::sampling::{Random, Starts, aim};
+use crate::engines::sampling::{Random, Starts, Table, aim};
 use crate::patches::PatchId;
 use crate::progress::{Cancelled, Progress};
-use crate::scene::{Rgb, Side};
+use crate::scene::{Rgb, Side, luminance};
 use crate::simd::LANES;
+use crate::uncertainty::IN_COMMON;
 use crate::visibility::{COVERED, Frame, Hits, NOTHING, Packet};
 
 /// Half the width of the 95 % interval of Student's t with [`SETS`] - 1 degrees of freedom.
@@ -71,26 +72,44 @@ impl Gatherer<'_> {
     /// independent.
     #[must_use]
     pub fn at(&self, probe: Probe, index: u64) -> Estimate {
+        let mut k = 0;
+        loop {
+            let (found, of_solution) = self.look_from(probe, index, k);
+            let light = luminance(found.irradiance).max(self.dark);
+            let wanted = self.options.error.map_or(f64::INFINITY, |e| e * light);
+            k += 1;
+            // What the solution does not know more rays do not mend.
+            let is_done = luminance(found.error) <= wanted || luminance(of_solution) > wanted;
+            if is_done || k == self.tables.len() {
+                return found;
+            }
+        }
+    }
+
+    /// Irradiance at a point by the rays of look `k`, and what the solution adds to its error.
+    fn look_from(&self, probe: Probe, index: u64, k: usize) -> (Estimate, Rgb) {
+        let table = &self.tables[k];
         let Probe { point, normal } = probe;
         let start = point + normal * (CLEARANCE * self.bvh.scale());
         let receiver = self.emitters.point(start, normal, index);
         let here = |_| (start, normal, None);
         let mut work = Workspace::default();
+        let shadow = self.options.shadow() << (2 * k);
         self.emitters.look(std::slice::from_ref(&receiver), &mut work);
         let (direct, sets) =
-            self.emitters.light_replicated::<{ SETS / 2 }>(&receiver, here, &mut work);
+            self.emitters.light_replicated::<{ SETS / 2 }>(&receiver, here, shadow, &mut work);
         let mut lamps = [Rgb::ZERO];
         let here_alone = std::iter::once((start, normal));
         direct::lamps_over(self.scene, self.bvh, here_alone, &mut lamps);
 
-        let rays = self.table.points();
-        let hits = self.cast(start, normal, index);
+        let rays = table.points();
+        let hits = self.cast(start, normal, index, table);
         let mut tally = Tally::default();
         let mut gathered: Vec<Rgb> =
             (0..SETS).map(|set| self.gather(&receiver, &hits, set, &mut tally)).collect();
         let near = std::mem::take(&mut tally.near);
         let seed = index << 32 ^ u64::from(GATHER ^ self.seed);
-        self.go_on(near, seed, &mut work, &mut gathered, |read| tally.read(self, read));
+        self.go_on(near, seed, &mut gathered, |read| tally.read(self, read));
         let mut alone: Vec<Rgb> = sets.iter().flatten().copied().collect();
         for (alone, gathered) in alone.iter_mut().zip(&mut gathered) {
             *gathered /= rays as f64;
@@ -112,21 +131,22 @@ impl Gatherer<'_> {
             Place::Free
         };
         let error = noise * STUDENT + doubt * NORMAL;
-        Estimate { irradiance, error, place, escaped: fraction(tally.escaped) }
+        let found = Estimate { irradiance, error, place, escaped: fraction(tally.escaped) };
+        (found, doubt * NORMAL)
     }
 
     /// Traces the rays of all sets.
-    fn cast(&self, start: DVec3, normal: DVec3, index: u64) -> Vec<Hits> {
+    fn cast(&self, start: DVec3, normal: DVec3, index: u64, table: &Table) -> Vec<Hits> {
         let axes = Frame::on_surface(start, normal).axes.map(|a| a.as_vec3());
         let mut starts = Starts::NONE;
         for set in 0..SETS {
             // A triangle without extent is a point.
             starts.set(set, [self.bvh.local(start), Vec3::ZERO, Vec3::ZERO], axes, NOTHING);
             let seed = GATHER ^ self.seed.wrapping_mul(SETS as u32).wrapping_add(set as u32);
-            starts.set_mask(set, self.table.mask(index << 32 | u64::from(seed)));
+            starts.set_mask(set, table.mask(index << 32 | u64::from(seed)));
         }
-        let mut packets = vec![Packet::EMPTY; self.table.packets().len()];
-        aim(self.table.packets(), &starts, &mut packets);
+        let mut packets = vec![Packet::EMPTY; table.packets().len()];
+        aim(table.packets(), &starts, &mut packets);
         if (start - self.bvh.center()).length() > 2.0 * self.bvh.scale() {
             for packet in &mut packets {
                 for l in 0..LANES {
@@ -189,15 +209,16 @@ impl Gatherer<'_> {
 }
 
 /// Standard error of a sum over rays, each of which carries the errors of a patch: patches err
-/// independently, and by their noise also all together.
+/// independently, and by their noise and a share of what they blur also all together.
 fn spread(doubts: &mut [(PatchId, Rgb, Rgb)]) -> Rgb {
     doubts.sort_unstable_by_key(|d| d.0);
-    let (mut squares, mut all) = (Rgb::ZERO, Rgb::ZERO);
+    let (mut squares, mut all, mut all_blurred) = (Rgb::ZERO, Rgb::ZERO, Rgb::ZERO);
     for patch in doubts.chunk_by(|a, b| a.0 == b.0) {
         let noise: Rgb = patch.iter().map(|d| d.1).sum();
         let blur: Rgb = patch.iter().map(|d| d.2).sum();
         squares += noise * noise + blur * blur;
         all += noise;
+        all_blurred += blur * IN_COMMON;
     }
-    (squares + all * all).map(f64::sqrt)
+    (squares + all * all + all_blurred * all_blurred).map(f64::sqrt)
 }

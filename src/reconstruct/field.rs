@@ -1,5 +1,6 @@
 //! The field: a fan or a linear function over each patch.
 
+use std::borrow::Cow;
 use std::collections::HashMap;
 use std::convert::Infallible;
 
@@ -24,7 +25,7 @@ pub struct Field<'a> {
     /// Irradiance at the corners of patches near contacts, as seen from their own side of it.
     at_contacts: HashMap<PatchId, [Rgb; 3]>,
     /// Irradiance of each patch.
-    irradiance: &'a [Rgb],
+    irradiance: Cow<'a, [Rgb]>,
 }
 
 impl<'a> Field<'a> {
@@ -34,11 +35,11 @@ impl<'a> Field<'a> {
     pub fn new(
         geometry: &Geometry,
         patches: &'a Patches,
-        irradiance: &'a [Rgb],
+        irradiance: impl Into<Cow<'a, [Rgb]>>,
         usable: impl Fn(PatchId) -> bool,
     ) -> Self {
         let go_on = || Ok::<(), Infallible>(());
-        let Ok(field) = Self::make(geometry, patches, irradiance, usable, go_on);
+        let Ok(field) = Self::make(geometry, patches, irradiance.into(), usable, go_on);
         field
     }
 
@@ -49,18 +50,18 @@ impl<'a> Field<'a> {
     pub fn new_heard(
         geometry: &Geometry,
         patches: &'a Patches,
-        irradiance: &'a [Rgb],
+        irradiance: impl Into<Cow<'a, [Rgb]>>,
         usable: impl Fn(PatchId) -> bool,
         progress: &dyn Progress,
     ) -> Result<Self, Cancelled> {
-        Self::make(geometry, patches, irradiance, usable, || progress.advance(0))
+        Self::make(geometry, patches, irradiance.into(), usable, || progress.advance(0))
     }
 
     /// `go_on` is asked again and again.
     fn make<E: Send>(
         geometry: &Geometry,
         patches: &'a Patches,
-        irradiance: &'a [Rgb],
+        irradiance: Cow<'a, [Rgb]>,
         usable: impl Fn(PatchId) -> bool,
         go_on: impl Fn() -> Result<(), E> + Sync,
     ) -> Result<Self, E> {
@@ -91,7 +92,7 @@ impl<'a> Field<'a> {
                 &mesh,
                 (&incidence, neighbours),
                 (&positions, &centres),
-                irradiance,
+                &irradiance,
             )),
             None => (0..mesh.len())
                 .into_par_iter()
@@ -99,7 +100,7 @@ impl<'a> Field<'a> {
                     go_on()?;
                     let border = mesh.on_border(v);
                     let ring = if border { second_ring(v) } else { incidence.around(v).to_vec() };
-                    Ok(fit(positions[v], &ring, &centres, irradiance).at(DVec3::ZERO))
+                    Ok(fit(positions[v], &ring, &centres, &irradiance).at(DVec3::ZERO))
                 })
                 .collect(),
         };
@@ -130,7 +131,7 @@ impl<'a> Field<'a> {
                     if near.is_empty() {
                         return vertices[v.0 as usize];
                     }
-                    fit(positions[v.0 as usize], &near, &centres, irradiance).at(DVec3::ZERO)
+                    fit(positions[v.0 as usize], &near, &centres, &irradiance).at(DVec3::ZERO)
                 });
                 Some(Ok((id, values)))
             })
@@ -189,6 +190,6 @@ impl<'a> Field<'a> {
     /// The patches' own irradiance.
     #[must_use]
     pub fn of_patches(&self) -> &[Rgb] {
-        self.irradiance
+        &self.irradiance
     }
 }

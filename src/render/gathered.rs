@@ -2,26 +2,58 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use glam::DVec3;
 use rayon::prelude::*;
 
 use super::camera::{check, frame_of};
+use super::known::PixelErrors;
 use super::picture::{Picture, PictureOptions, RenderError};
-use super::renderer::{Renderer, Sight, draw};
+use super::renderer::{Gathered, Renderer, Sight, draw};
 use super::smooth::smooth;
-use super::spots::{Gathering, LOOKS, NONE, Sample, Spots, WIDEST};
+use super::spots::{Gathering, Light, NONE, Sample, Seen, Spots, WIDEST, looks};
 use crate::engines::sampling::Table;
-use crate::gather::Gatherer;
-use crate::patches::SurfacePoint;
 use crate::progress::{Cancelled, Progress};
 use crate::reconstruct::Normals;
-use crate::scene::{Camera, Rgb, Scene};
-use crate::visibility::{Face, ItemBuffer, View};
+use crate::scene::{Camera, Scene, luminance};
+use crate::visibility::{Face, ItemBuffer, NOTHING, View};
 
 /// Rows of pixels that are drawn at once, and pixels that are gathered together: squares of that.
 const BAND: usize = 8;
 
 /// Most pixels whose spots are held at a time.
 const HELD: usize = 1 << 20;
+
+/// A pixel: what its samples were mapped to, and how well its luminance is known.
+#[derive(Debug, Clone, Copy, Default)]
+struct Shown {
+    value: [f32; 3],
+    luminance: f32,
+    /// Half-widths of 95 % intervals: all, and what is the solution's.
+    error: [f32; 2],
+}
+
+impl Shown {
+    fn of(sight: &Sight, light: &Light, value: [f32; 3]) -> Self {
+        /// Half the width of the 95 % interval of a normal distribution.
+        const NORMAL: f64 = 1.96;
+        let seen = luminance(sight.radiance);
+        let per_light = if sight.reflects { seen / luminance(light.irradiance) } else { 0.0 };
+        let per_light = if per_light.is_finite() { per_light } else { 0.0 };
+        let error = light.variance.map(|v| (NORMAL * v.sqrt() * per_light) as f32);
+        Self { value, luminance: seen as f32, error }
+    }
+
+    /// Takes in a sample of that share.
+    fn add(&mut self, sample: &Self, share: f32) {
+        for (sum, value) in self.value.iter_mut().zip(sample.value) {
+            *sum += value * share;
+        }
+        self.luminance += sample.luminance * share;
+        for (sum, error) in self.error.iter_mut().zip(sample.error) {
+            *sum += error * share;
+        }
+    }
+}
 
 /// A camera, a size, and what is seen of the scene.
 struct Eye {
@@ -58,12 +90,12 @@ impl Eye {
 impl Renderer<'_> {
     pub(super) fn gathered(
         &self,
-        gatherer: (&Gatherer<'_>, &Normals),
+        gatherer: &Gathered<'_>,
         camera: &Camera,
         options: &PictureOptions,
         map: impl Fn(&Sight) -> [f32; 3] + Sync,
         progress: &dyn Progress,
-    ) -> Result<Picture, RenderError> {
+    ) -> Result<(Picture, PixelErrors), RenderError> {
         let (w, h, n) = (options.width, options.height, options.samples.clamp(1, 15));
         check(camera, w, h)?;
         let mut view = View::default();
@@ -71,8 +103,9 @@ impl Renderer<'_> {
         let half = (0.5 * camera.vfov).tan();
         let pixel = 2.0 * half / h as f64;
         let eye = Eye { view, half, size: [w, h, n], pixel, camera: camera.clone() };
-        let tables = LOOKS.map(|rays| gatherer.0.table(rays));
-        let mut pixels = vec![[0.0; 3]; w * h];
+        let tables: Vec<Table> =
+            looks(gatherer.gatherer.noise()).map(|rays| gatherer.gatherer.table(rays)).collect();
+        let mut pixels = vec![Shown::default(); w * h];
         let margin = WIDEST as usize;
         let slab = (HELD / w).saturating_sub(2 * margin).max(margin).next_multiple_of(BAND);
         for from in (0..h).step_by(slab) {
@@ -82,19 +115,31 @@ impl Renderer<'_> {
             let high = (rows.end + margin).min(h);
             let counts = |y: usize| rows.contains(&y);
             let mut spots = self.spots(gatherer, &eye, low..high, &tables, counts, progress)?;
-            let reflected = smooth(&mut spots, w);
-            let light: Vec<Rgb> =
-                spots.spots.iter().zip(reflected).map(|(s, r)| s.direct + r).collect();
+            let light = smooth(&mut spots, w);
             let first = (rows.start - low) * w;
             self.show(&eye, rows, (&spots, first, &light), &mut pixels, &map);
         }
-        Ok(Picture { width: w, height: h, pixels })
+        let errors = |of: fn(&Shown) -> [f32; 2]| {
+            let share = |p: &Shown| {
+                let [error, light] = of(p);
+                if light > 0.0 { error / light } else { 0.0 }
+            };
+            pixels.iter().map(share).collect()
+        };
+        let errors = PixelErrors {
+            width: w,
+            height: h,
+            relative: errors(|p| [p.error[0], p.luminance]),
+            of_solution: errors(|p| [p.error[1], p.luminance]),
+        };
+        let pixels = pixels.into_iter().map(|p| p.value).collect();
+        Ok((Picture { width: w, height: h, pixels }, errors))
     }
 
     /// The spots of some rows of pixels, and what light they find.
     fn spots(
         &self,
-        gatherer: (&Gatherer<'_>, &Normals),
+        gatherer: &Gathered<'_>,
         eye: &Eye,
         rows: std::ops::Range<usize>,
         tables: &[Table],
@@ -135,7 +180,7 @@ impl Renderer<'_> {
 
     fn spots_of_band(
         &self,
-        gatherer: (&Gatherer<'_>, &Normals),
+        gatherer: &Gathered<'_>,
         eye: &Eye,
         band: std::ops::Range<usize>,
         tables: &[Table],
@@ -143,8 +188,8 @@ impl Renderer<'_> {
     ) -> Spots {
         let [w, _, n] = eye.size;
         let rows = band.len();
-        let samples = self.samples(eye, gatherer.1, &band, buffer);
-        let mut gathering = Gathering::new(gatherer.0, tables);
+        let samples = self.samples_of(eye, &gatherer.normals, &band, buffer);
+        let mut gathering = Gathering::new(gatherer.gatherer, &gatherer.calm, tables);
         // Square by square, so that rays that go together begin together.
         let mut counts = vec![0_u32; rows * w];
         let mut of_sample = vec![NONE; rows * w * n * n];
@@ -154,12 +199,11 @@ impl Renderer<'_> {
             for y in 0..rows {
                 for x in left..(left + BAND).min(w) {
                     let pixel = y * w + x;
-                    let own = &samples[pixel * n * n..][..n * n];
                     let before = spots.len();
                     gathering.pixel(
-                        own,
+                        &samples[pixel],
                         (eye.camera.eye, |s| eye.width(s)),
-                        ((band.start + y) * w + x) as u64,
+                        (((band.start + y) * w + x) as u64, x % 2 == 0 && y % 2 == 0),
                         &mut of_sample[pixel * n * n..][..n * n],
                         &mut spots,
                     );
@@ -182,38 +226,47 @@ impl Renderer<'_> {
     }
 
     /// What the samples of a band of pixels meet, pixel by pixel, where that may be lit.
-    fn samples(
+    fn samples_of(
         &self,
         eye: &Eye,
         normals: &Normals,
         band: &std::ops::Range<usize>,
         buffer: &mut ItemBuffer,
-    ) -> Vec<Option<Sample>> {
+    ) -> Vec<Seen> {
         let [w, _, n] = eye.size;
         let face = eye.face(band.start, band.len());
         draw(&self.occluders, &eye.view, &face, buffer);
-        let mut samples = vec![None; band.len() * w * n * n];
-        for row in 0..band.len() * n {
-            self.each_point(&eye.view, &face, buffer, row, |x, point| {
-                let lit = |p: &SurfacePoint| self.scene.geometry.exchanges(p.triangle, p.side);
-                if let Some(p) = point.filter(lit) {
-                    let pixel = row / n * w + x / n;
-                    samples[pixel * n * n + row % n * n + x % n] =
-                        Some(Sample::new(self.scene, normals, p));
+        let mut samples = self.samples(&eye.view, &face, buffer);
+        let geometry = &self.scene.geometry;
+        let mut at = |x, y| samples.point(x, y).filter(|p| geometry.exchanges(p.triangle, p.side));
+        let sample = |p| Sample::new(self.scene, normals, p);
+        let pixels = (0..band.len()).flat_map(|y| (0..w).map(move |x| (x * n, y * n)));
+        let mut seen = Vec::with_capacity(band.len() * w);
+        for (x, y) in pixels {
+            seen.push(if samples_alike(&face, buffer, (x, y), n).is_some() {
+                match at(x + n / 2, y + n / 2) {
+                    Some(p) => {
+                        let place = |x, y| at(x, y).map(|p| p.position(geometry));
+                        Seen::One(sample(p), corners(place, (x, y), n, p.position(geometry)))
+                    }
+                    None => Seen::Nothing,
                 }
+            } else {
+                let each = |y| (0..n).map(move |i| (x + i, y));
+                Seen::Each((y..y + n).flat_map(each).map(|(x, y)| at(x, y).map(sample)).collect())
             });
         }
-        samples
+        seen
     }
 
-    /// Shows rows of pixels: `light` is the irradiance of each of the spots, `first` the pixel
-    /// among them that the rows begin with.
+    /// Shows rows of pixels: `light` is what arrives at each of the spots, `first` the pixel among
+    /// them that the rows begin with.
     fn show(
         &self,
         eye: &Eye,
         rows: std::ops::Range<usize>,
-        (spots, first, light): (&Spots, usize, &[Rgb]),
-        pixels: &mut [[f32; 3]],
+        (spots, first, light): (&Spots, usize, &[Light]),
+        pixels: &mut [Shown],
         map: &(impl Fn(&Sight) -> [f32; 3] + Sync),
     ) {
         let [w, _, n] = eye.size;
@@ -225,25 +278,67 @@ impl Renderer<'_> {
                 let from = rows.start + band * BAND;
                 let face = eye.face(from, pixels.len() / w);
                 draw(&self.occluders, &eye.view, &face, buffer);
-                for row in 0..pixels.len() / w * n {
-                    self.each_point(&eye.view, &face, buffer, row, |x, point| {
-                        let pixel = first + (band * BAND + row / n) * w + x / n;
-                        let k = spots.of_sample[pixel * all + row % n * n + x % n];
-                        let light = match k {
-                            NONE => Rgb::ZERO,
+                let mut samples = self.samples(&eye.view, &face, buffer);
+                for (at, value) in pixels.iter_mut().enumerate() {
+                    let pixel = first + band * BAND * w + at;
+                    let (x, y) = (at % w * n, at / w * n);
+                    let of_sample = &spots.of_sample[pixel * all..][..all];
+                    let mut shown = |i: usize, j: usize| {
+                        let light = match of_sample[j * n + i] {
+                            NONE => Light::default(),
                             k => light[spots.first[pixel] as usize + usize::from(k)],
                         };
-                        let sight = match point {
-                            Some(p) => self.sight(p, light),
+                        let sight = match samples.point(x + i, y + j) {
+                            Some(p) => self.sight(p, light.irradiance),
                             None => Sight { radiance: scene.sky, ..Sight::DARK },
                         };
-                        let value = map(&sight);
-                        for c in 0..3 {
-                            pixels[row / n * w + x / n][c] += value[c] / all as f32;
-                        }
-                    });
+                        Shown::of(&sight, &light, map(&sight))
+                    };
+                    let item = samples_alike(&face, buffer, (x, y), n);
+                    if item.is_some_and(|item| self.is_plain(item)) {
+                        *value = shown(n / 2, n / 2);
+                        continue;
+                    }
+                    for (i, j) in (0..n).flat_map(|j| (0..n).map(move |i| (i, j))) {
+                        value.add(&shown(i, j), 1.0 / all as f32);
+                    }
                 }
             },
         );
     }
+
+    /// Whether all points of an item reflect and emit the same.
+    fn is_plain(&self, item: u32) -> bool {
+        item == NOTHING || {
+            let material = self.scene.optics.material(self.occluders.ids()[item as usize / 2]);
+            material.reflectance_texture.is_none() && material.radiance_texture.is_none()
+        }
+    }
+}
+
+/// What all samples of the pixel at `x`, `y` see, if it is the same.
+fn samples_alike(
+    face: &Face,
+    buffer: &ItemBuffer,
+    (x, y): (usize, usize),
+    n: usize,
+) -> Option<u32> {
+    let row = |j: usize| &buffer.items()[(y + j) * face.stride() + x..][..n];
+    let item = row(0)[0];
+    (0..n).all(|j| row(j).iter().all(|i| *i == item)).then_some(item)
+}
+
+/// Places (m) at the corners of the pixel whose samples begin at `x`, `y`.
+fn corners(
+    mut place: impl FnMut(usize, usize) -> Option<DVec3>,
+    (x, y): (usize, usize),
+    n: usize,
+    middle: DVec3,
+) -> [DVec3; 4] {
+    let outer = [(0, 0), (1, 0), (0, 1), (1, 1)]
+        .map(|(i, j)| place(x + i * (n - 1), y + j * (n - 1)).unwrap_or(middle));
+    // Samples lie within the pixel, at the middles of its parts.
+    let centre = outer.iter().sum::<DVec3>() / 4.0;
+    let wider = if n > 1 { n as f64 / (n - 1) as f64 } else { 1.0 };
+    outer.map(|p| centre + (p - centre) * wider)
 }

@@ -11,14 +11,14 @@ pub struct PictureOptions {
     pub width: usize,
     /// Pixels down.
     pub height: usize,
-    /// Samples along each side of a pixel, at most 15 where light is gathered. Default 4: 16 a
+    /// Samples along each side of a pixel, at most 15 where light is gathered. Default 8: 64 a
     /// pixel.
     pub samples: usize,
 }
 
 impl Default for PictureOptions {
     fn default() -> Self {
-        Self { width: 800, height: 600, samples: 4 }
+        Self { width: 800, height: 600, samples: 8 }
     }
 }
 

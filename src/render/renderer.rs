@@ -8,9 +8,10 @@ use glam::DVec2;
 use rayon::prelude::*;
 
 use super::camera::{check, frame_of};
+use super::known::PixelErrors;
 use super::picture::{Picture, PictureOptions, RenderError};
 
-use crate::gather::{Gatherer, Surfaces};
+use crate::gather::{Calm, Gatherer, Surfaces};
 use crate::patches::SurfacePoint;
 use crate::progress::{Cancelled, Progress, Silent};
 use crate::reconstruct::{Field, Normals};
@@ -73,8 +74,14 @@ pub struct Renderer<'a> {
 enum Light<'a> {
     /// The field's: a draft. What surfaces reflect is known here.
     Field(Surfaces),
-    /// Gathered, along smooth normals.
-    Gathered(&'a Gatherer<'a>, Normals),
+    Gathered(Gathered<'a>),
+}
+
+/// Light that is gathered, along smooth normals.
+pub(super) struct Gathered<'a> {
+    pub gatherer: &'a Gatherer<'a>,
+    pub calm: Calm<'a>,
+    pub normals: Normals,
 }
 
 /// Rows of pixels that are drawn at once.
@@ -91,7 +98,8 @@ impl<'a> Renderer<'a> {
     /// surfaces reflect from where it lands.
     #[must_use]
     pub fn gathering(scene: &'a Scene, field: &'a Field<'a>, gatherer: &'a Gatherer<'a>) -> Self {
-        Self::by(scene, field, Light::Gathered(gatherer, field.normals(&scene.geometry)))
+        let (calm, normals) = (gatherer.calm(), field.normals(&scene.geometry));
+        Self::by(scene, field, Light::Gathered(Gathered { gatherer, calm, normals }))
     }
 
     fn by(scene: &'a Scene, field: &'a Field<'a>, light: Light<'a>) -> Self {
@@ -101,7 +109,7 @@ impl<'a> Renderer<'a> {
     fn surfaces(&self) -> &Surfaces {
         match &self.light {
             Light::Field(surfaces) => surfaces,
-            Light::Gathered(gatherer, _) => gatherer.surfaces(),
+            Light::Gathered(gathered) => gathered.gatherer.surfaces(),
         }
     }
 
@@ -115,10 +123,25 @@ impl<'a> Renderer<'a> {
         map: impl Fn(&Sight) -> [f32; 3] + Sync,
         progress: &dyn Progress,
     ) -> Result<Picture, RenderError> {
+        Ok(self.render_known(camera, options, map, progress)?.0)
+    }
+
+    /// The same, and how well each pixel is known, unless it is a draft.
+    ///
+    /// # Errors
+    /// As [`render`](Self::render).
+    pub fn render_known(
+        &self,
+        camera: &Camera,
+        options: &PictureOptions,
+        map: impl Fn(&Sight) -> [f32; 3] + Sync,
+        progress: &dyn Progress,
+    ) -> Result<(Picture, Option<PixelErrors>), RenderError> {
         match &self.light {
-            Light::Field(_) => self.drafted(camera, options, map, progress),
-            Light::Gathered(gatherer, normals) => {
-                self.gathered((gatherer, normals), camera, options, map, progress)
+            Light::Field(_) => Ok((self.drafted(camera, options, map, progress)?, None)),
+            Light::Gathered(gathered) => {
+                let (picture, errors) = self.gathered(gathered, camera, options, map, progress)?;
+                Ok((picture, Some(errors)))
             }
         }
     }
@@ -187,41 +210,23 @@ impl<'a> Renderer<'a> {
         row: usize,
         mut sample: impl FnMut(usize, &Sight),
     ) {
-        self.each_point(view, face, buffer, row, |x, point| match point {
-            Some(p) => sample(x, &self.sight(p, self.field.at(p))),
-            None => sample(x, &Sight { radiance: self.scene.sky, ..Sight::DARK }),
-        });
+        let mut samples = self.samples(view, face, buffer);
+        for x in 0..face.width() {
+            match samples.point(x, row) {
+                Some(p) => sample(x, &self.sight(p, self.field.at(p))),
+                None => sample(x, &Sight { radiance: self.scene.sky, ..Sight::DARK }),
+            }
+        }
     }
 
-    /// What each sample of a row meets.
-    pub(super) fn each_point(
-        &self,
-        view: &View,
-        face: &Face,
-        buffer: &ItemBuffer,
-        row: usize,
-        mut met: impl FnMut(usize, Option<SurfacePoint>),
-    ) {
-        let items = &buffer.items()[row * face.stride()..][..face.width()];
-        let mut last: Option<(u32, [[f32; 3]; 3])> = None;
-        for (x, &item) in items.iter().enumerate() {
-            if item == NOTHING {
-                met(x, None);
-                continue;
-            }
-            if last.is_none_or(|(i, _)| i != item) {
-                let corners = self.occluders.corners_in(view, item as usize / 2);
-                last = Edges::new(corners).map(|e| (item, e.turned::<0>()));
-            }
-            let Some((_, e)) = last else { continue };
-            let (px, py) = (face.x()[x], face.y()[row]);
-            let f = e.map(|e| f64::from(e[0] * px + (e[1] * py + e[2])));
-            let sum = f[0] + f[1] + f[2];
-            let uv = DVec2::new(f[1], f[2]) / sum;
-            let side = if item & 1 == 1 { Side::Back } else { Side::Front };
-            let triangle = self.occluders.ids()[item as usize / 2];
-            met(x, Some(SurfacePoint { triangle, side, uv }));
-        }
+    /// What samples of a drawn face meet.
+    pub(super) fn samples<'b>(
+        &'b self,
+        view: &'b View,
+        face: &'b Face,
+        buffer: &'b ItemBuffer,
+    ) -> Samples<'b> {
+        Samples { occluders: &self.occluders, view, face, buffer, last: None }
     }
 
     /// What a sample shows whose surface receives an irradiance (W/m² or lx).
@@ -285,6 +290,44 @@ impl<'a> Renderer<'a> {
         let width = ((height as f64 * aspect) as usize).clamp(1, 1000);
         let options = PictureOptions { width, height, samples: 1 };
         Ok(self.drafted(camera, &options, map, &Silent)?.pixels)
+    }
+}
+
+/// What samples of a drawn face meet.
+pub(super) struct Samples<'a> {
+    occluders: &'a Occluders,
+    view: &'a View,
+    face: &'a Face,
+    buffer: &'a ItemBuffer,
+    /// The item of the last one, and its edges.
+    last: Option<(u32, [[f32; 3]; 3])>,
+}
+
+impl Samples<'_> {
+    /// What was drawn there: [`NOTHING`], or twice the number of the solid triangle, plus one for
+    /// its back.
+    pub fn item(&self, x: usize, row: usize) -> u32 {
+        self.buffer.items()[row * self.face.stride() + x]
+    }
+
+    /// Where it meets a surface.
+    pub fn point(&mut self, x: usize, row: usize) -> Option<SurfacePoint> {
+        let item = self.item(x, row);
+        if item == NOTHING {
+            return None;
+        }
+        if self.last.is_none_or(|(i, _)| i != item) {
+            let corners = self.occluders.corners_in(self.view, item as usize / 2);
+            self.last = Edges::new(corners).map(|e| (item, e.turned::<0>()));
+        }
+        let (_, e) = self.last?;
+        let (px, py) = (self.face.x()[x], self.face.y()[row]);
+        let f = e.map(|e| f64::from(e[0] * px + (e[1] * py + e[2])));
+        let sum = f[0] + f[1] + f[2];
+        let uv = DVec2::new(f[1], f[2]) / sum;
+        let side = if item & 1 == 1 { Side::Back } else { Side::Front };
+        let triangle = self.occluders.ids()[item as usize / 2];
+        Some(SurfacePoint { triangle, side, uv })
     }
 }
 

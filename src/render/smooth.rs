@@ -12,7 +12,8 @@
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
-use super::spots::{SMOOTHED, Spot, Spots};
+use super::spots::{Light, SMOOTHED, Spot, Spots};
+use crate::gather::{Known, Near};
 use crate::scene::Rgb;
 
 /// Spots that lie together.
@@ -22,8 +23,12 @@ struct Clump {
     normal: DVec3,
     light: Rgb,
     rays: f64,
+    /// Variance of the light's luminance.
+    variance: f64,
     /// Smallest of its spots.
     reach: f64,
+    /// What the first of its spots has near by.
+    near: Near,
 }
 
 /// One level of squares: the clumps of each.
@@ -42,8 +47,11 @@ const TURN: f64 = 0.35;
 /// surfaces.
 const APART: f64 = 0.25;
 
+/// Spots that are smoothed over fewer pixels than this share light along what is near instead.
+const NARROW: f64 = 2.0;
+
 /// Squares of the level used are at least this many to a radius.
-const FINE: f64 = 3.0;
+const FINE: f64 = 2.0;
 
 impl Clump {
     fn of(spot: &Spot) -> Self {
@@ -52,7 +60,9 @@ impl Clump {
             normal: spot.normal,
             light: spot.reflected.irradiance,
             rays: f64::from(spot.rays),
-            reach: spot.reflected.reach,
+            reach: spot.reach,
+            variance: spot.reflected.variance,
+            near: spot.reflected.near,
         }
     }
 
@@ -74,7 +84,9 @@ impl Clump {
             normal: (self.normal * a + other.normal * b).normalize_or(self.normal),
             light: self.light * a + other.light * b,
             rays,
+            variance: a * a * self.variance + b * b * other.variance,
             reach: self.reach.min(other.reach),
+            near: self.near,
         }
     }
 }
@@ -118,29 +130,38 @@ impl Level {
     }
 }
 
-/// Smooths what spots of a picture `across` pixels wide found; yields the irradiance (W/m² or lx)
-/// by way of other surfaces of each.
-pub(super) fn smooth(spots: &mut Spots, across: usize) -> Vec<Rgb> {
+/// Smooths what spots of a picture `across` pixels wide found; yields what arrives at each, direct
+/// light included.
+pub(super) fn smooth(spots: &mut Spots, across: usize) -> Vec<Light> {
     bound_reaches(spots, across);
     let down = (spots.first.len() - 1) / across;
-    let lowest = Level {
-        clumps: spots.spots.iter().map(Clump::of).collect(),
-        first: spots.first.clone(),
-        across,
-        down,
-    };
+    let mut lowest = Level { clumps: Vec::new(), first: vec![0], across, down };
+    for pixel in spots.first.windows(2) {
+        let own = &spots.spots[pixel[0] as usize..pixel[1] as usize];
+        lowest.clumps.extend(own.iter().filter(|s| s.rays > 0).map(Clump::of));
+        lowest.first.push(lowest.clumps.len() as u32);
+    }
     let mut levels = vec![lowest];
     while levels.len() < 5 {
         let next = levels[levels.len() - 1].above();
         levels.push(next);
     }
-    let mut found = vec![Rgb::ZERO; spots.spots.len()];
-    let pixels: Vec<(usize, &mut [Rgb])> = split(&mut found, &spots.first).enumerate().collect();
+    let mut found = vec![Light::default(); spots.spots.len()];
+    let pixels: Vec<(usize, &mut [Light])> = split(&mut found, &spots.first).enumerate().collect();
     pixels.into_par_iter().for_each(|(pixel, found)| {
         let (x, y) = (pixel % across, pixel / across);
         let own = &spots.spots[spots.first[pixel] as usize..][..found.len()];
         for (spot, found) in own.iter().zip(found) {
-            *found = around(spot, (x, y), &levels);
+            let Known { light, share, variance: [calm, read] } = spot.calm;
+            let (here, variance) =
+                if share < 1.0 { around(spot, (x, y), &levels) } else { (Rgb::ZERO, 0.0) };
+            let (a, b) = (share * share, (1.0 - share) * (1.0 - share));
+            let (straight, shadows) = spot.direct;
+            let of_solution = a * calm + b * read;
+            *found = Light {
+                irradiance: straight + light * share + here * (1.0 - share),
+                variance: [shadows + of_solution + b * variance, of_solution],
+            };
         }
     });
     found
@@ -148,9 +169,9 @@ pub(super) fn smooth(spots: &mut Spots, across: usize) -> Vec<Rgb> {
 
 /// Cuts a slice at the ends of each pixel's part.
 fn split<'a>(
-    mut rest: &'a mut [Rgb],
+    mut rest: &'a mut [Light],
     first: &'a [u32],
-) -> impl Iterator<Item = &'a mut [Rgb]> + 'a {
+) -> impl Iterator<Item = &'a mut [Light]> + 'a {
     first.windows(2).map(move |w| {
         let (own, others) = std::mem::take(&mut rest).split_at_mut((w[1] - w[0]) as usize);
         rest = others;
@@ -173,7 +194,7 @@ fn bound_reaches(spots: &mut Spots, across: usize) {
                     &spots.spots[spots.first[pixel] as usize..spots.first[pixel + 1] as usize]
                 };
                 of(pixel).iter().map(move |spot| {
-                    let mut reach = spot.reflected.reach;
+                    let mut reach = spot.reach;
                     for v in y.saturating_sub(BESIDE)..(y + BESIDE + 1).min(down) {
                         for u in x.saturating_sub(BESIDE)..(x + BESIDE + 1).min(across) {
                             for other in of(v * across + u) {
@@ -182,7 +203,7 @@ fn bound_reaches(spots: &mut Spots, across: usize) {
                                 if way.dot(spot.normal).abs() <= 0.1 * length
                                     && spot.normal.dot(other.normal) > 0.9
                                 {
-                                    reach = reach.min(other.reflected.reach + length);
+                                    reach = reach.min(other.reach + length);
                                 }
                             }
                         }
@@ -192,17 +213,18 @@ fn bound_reaches(spots: &mut Spots, across: usize) {
             })
             .collect();
         for (spot, reach) in spots.spots.iter_mut().zip(reaches) {
-            spot.reflected.reach = reach;
+            spot.reach = reach;
         }
     }
 }
 
-/// The value at a spot of the plane that fits its surroundings best.
-fn around(spot: &Spot, (x, y): (usize, usize), levels: &[Level]) -> Rgb {
+/// The value at a spot of the plane that fits its surroundings best, and the variance of its
+/// luminance.
+fn around(spot: &Spot, (x, y): (usize, usize), levels: &[Level]) -> (Rgb, f64) {
     let radius = spot.radius();
     let pixels = radius / spot.width;
-    if pixels < 1.0 {
-        return spot.reflected.irradiance;
+    if pixels < NARROW {
+        return along(spot, (x, y), &levels[0]);
     }
     let level = ((pixels / FINE).log2().floor().max(0.0) as usize).min(levels.len() - 1);
     let squares = &levels[level];
@@ -211,7 +233,7 @@ fn around(spot: &Spot, (x, y): (usize, usize), levels: &[Level]) -> Rgb {
     let (t, u) = spot.normal.any_orthonormal_pair();
     let mut matrix = DMat3::ZERO;
     let mut right = [DVec3::ZERO; 3];
-    let mut sum = (Rgb::ZERO, 0.0);
+    let mut sum = (Rgb::ZERO, 0.0, 0.0);
     for v in cy.saturating_sub(wide)..(cy + wide + 1).min(squares.down) {
         for h in cx.saturating_sub(wide)..(cx + wide + 1).min(squares.across) {
             for c in squares.of_pixel(h, v) {
@@ -232,11 +254,12 @@ fn around(spot: &Spot, (x, y): (usize, usize), levels: &[Level]) -> Rgb {
                 }
                 sum.0 += c.light * weight;
                 sum.1 += weight;
+                sum.2 += weight * weight * c.variance;
             }
         }
     }
     if sum.1 <= 0.0 {
-        return spot.reflected.irradiance;
+        return (spot.reflected.irradiance, spot.reflected.variance);
     }
     /// Slopes weigh this much against what is found: where all lies along a line.
     const RIDGE: f64 = 1e-2;
@@ -244,5 +267,42 @@ fn around(spot: &Spot, (x, y): (usize, usize), levels: &[Level]) -> Rgb {
     let inverse = (matrix + ridge).inverse();
     let value = Rgb::from_array(right.map(|r| (inverse * r).x));
     let mean = sum.0 / sum.1;
-    if value.is_finite() { value.clamp(mean * 0.25, mean * 4.0) } else { mean }
+    let value = if value.is_finite() { value.clamp(mean * 0.25, mean * 4.0) } else { mean };
+    (value, sum.2 / (sum.1 * sum.1))
+}
+
+/// The mean, and the variance of its luminance, of spots about that have the same thing as near
+/// by on the same side: along a contact light changes slowly, however fast it does across.
+fn along(spot: &Spot, (x, y): (usize, usize), pixels: &Level) -> (Rgb, f64) {
+    /// Pixels to each side.
+    const ABOUT: usize = 6;
+    /// Ratio of distances to what is near, and cosine between the directions to it.
+    const ALIKE: f64 = 1.4;
+    const SAME_SIDE: f32 = 0.95;
+    let own = spot.reflected.near;
+    let farthest = ABOUT as f64 * spot.width;
+    let mut sum = (Rgb::ZERO, 0.0, 0.0);
+    for v in y.saturating_sub(ABOUT)..(y + ABOUT + 1).min(pixels.down) {
+        for u in x.saturating_sub(ABOUT)..(x + ABOUT + 1).min(pixels.across) {
+            for c in pixels.of_pixel(u, v) {
+                let way = c.point - spot.point;
+                let ratio = c.near.reach / own.reach;
+                let is_alike = (1.0 / ALIKE..ALIKE).contains(&ratio)
+                    && c.near.toward.dot(own.toward) > SAME_SIDE
+                    && c.normal.distance(spot.normal) < 0.5 * TURN
+                    && way.dot(spot.normal).abs() < 0.5 * spot.width;
+                let d2 = way.length_squared() / (farthest * farthest);
+                if is_alike && d2 < 1.0 {
+                    let weight = c.rays * (1.0 - d2);
+                    sum.0 += c.light * weight;
+                    sum.1 += weight;
+                    sum.2 += weight * weight * c.variance;
+                }
+            }
+        }
+    }
+    if sum.1 <= 0.0 {
+        return (spot.reflected.irradiance, spot.reflected.variance);
+    }
+    (sum.0 / sum.1, sum.2 / (sum.1 * sum.1))
 }

@@ -4,13 +4,13 @@
 //! with shadow rays from all of its samples, so that the border of a shadow is as sharp as pixels
 //! are. What other surfaces reflect comes by few rays, more of them where little may be smoothed.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use crate::engines::sampling::Table;
-use crate::gather::{Buffers, Gatherer, Receiving, Reflected};
+use crate::gather::{Buffers, Calm, Gatherer, Known, NOISE, Receiving, Reflected};
 use crate::patches::SurfacePoint;
 use crate::reconstruct::Normals;
-use crate::scene::{Rgb, Scene};
+use crate::scene::{Rgb, Scene, luminance};
 
 /// What some samples of a pixel see of a surface.
 #[derive(Debug, Clone, Copy)]
@@ -19,11 +19,15 @@ pub(super) struct Spot {
     pub point: DVec3,
     /// Unit normal.
     pub normal: DVec3,
-    /// Irradiance straight from emitters and lamps, W/m² or lx.
-    pub direct: Rgb,
+    /// Irradiance straight from emitters and lamps, W/m² or lx, and the variance of its luminance.
+    pub direct: (Rgb, f64),
     /// What arrives by way of other surfaces, by so many rays.
     pub reflected: Reflected,
     pub rays: u32,
+    /// The same as patches know it.
+    pub calm: Known,
+    /// How far around it, m, its light is shared, as it and those around it know.
+    pub reach: f64,
     /// Width of a pixel there, m, and the cosine at which it is seen.
     pub width: f64,
     pub facing: f64,
@@ -45,6 +49,7 @@ pub(super) struct Spots {
 /// A sample: where it meets a surface.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Sample {
+    pub at: SurfacePoint,
     pub position: DVec3,
     pub face: DVec3,
     /// Unit normal of the curved surface, and its height above the face.
@@ -56,7 +61,7 @@ impl Sample {
     pub fn new(scene: &Scene, normals: &Normals, at: SurfacePoint) -> Self {
         let face = scene.geometry.normal(at.triangle, at.side);
         let (normal, above) = normals.at(&scene.geometry, at).unwrap_or((face, 0.0));
-        Self { position: at.position(&scene.geometry), face, normal, above }
+        Self { at, position: at.position(&scene.geometry), face, normal, above }
     }
 
     /// Whether two samples of a pixel of that width (m) see one surface.
@@ -71,22 +76,53 @@ impl Sample {
     }
 }
 
+/// What a pixel sees.
+#[derive(Debug, Clone)]
+pub(super) enum Seen {
+    Nothing,
+    /// One triangle: what stands for it, and places (m) at the corners of the pixel.
+    One(Sample, [DVec3; 4]),
+    /// What each of its samples sees.
+    Each(Vec<Option<Sample>>),
+}
+
+/// Places that a spot stands for, m.
+#[derive(Debug)]
+enum Place {
+    /// All within four corners.
+    Square([DVec3; 4]),
+    /// Samples.
+    Each(Vec<DVec3>),
+}
+
+impl Place {
+    /// One of them, by a point of the unit square.
+    fn at(&self, u: DVec2) -> DVec3 {
+        match self {
+            Self::Square([a, b, c, d]) => a.lerp(*b, u.x).lerp(c.lerp(*d, u.x), u.y),
+            Self::Each(all) => all[((u.x * all.len() as f64) as usize).min(all.len() - 1)],
+        }
+    }
+}
+
 /// Spots of a band of pixels in the making.
 pub(super) struct Gathering<'a> {
     gatherer: &'a Gatherer<'a>,
+    calm: &'a Calm<'a>,
     /// Rays of a first look, and of each further one.
     tables: &'a [Table],
     buffers: Buffers,
     /// Points of each spot.
     receiving: Vec<Receiving>,
-    /// Where its samples are.
-    members: Vec<Vec<DVec3>>,
-    direct: Vec<Rgb>,
+    places: Vec<Place>,
+    /// Whether each gathers before others.
+    leads: Vec<bool>,
+    direct: Vec<(Rgb, f64)>,
     reflected: Vec<Reflected>,
 }
 
-/// So many rays shall add up over the surroundings that a spot is smoothed over.
-const WANTED: f64 = 2048.0;
+/// A dim place has this share of the mean irradiance.
+const DIM: f64 = 0.1;
 
 /// The radius that spots are smoothed over is this fraction of their reach.
 pub(super) const SMOOTHED: f64 = 0.5;
@@ -94,35 +130,67 @@ pub(super) const SMOOTHED: f64 = 0.5;
 /// Widest radius that spots are smoothed over, in pixels.
 pub(super) const WIDEST: f64 = 32.0;
 
-/// Rays of the first look at each spot, and of further ones.
-pub(super) const LOOKS: [usize; 3] = [16, 32, 64];
+/// Rays of the first look at each spot, and of further ones: so many at most, and more where less
+/// noise is wanted.
+const LOOKS: [usize; 2] = [16, 128];
+
+/// Most rays of a look.
+const MOST: f64 = 4096.0;
+
+/// The rays of looks that bring about a noise (a share).
+pub(super) fn looks(noise: f64) -> impl Iterator<Item = usize> {
+    let most = (LOOKS[1] as f64 * (NOISE / noise).powi(2)).clamp(LOOKS[1] as f64, MOST) as usize;
+    std::iter::successors(Some(LOOKS[0]), |rays| Some(2 * rays)).take_while(move |r| *r <= most)
+}
+
+/// What arrives at a spot.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Light {
+    /// W/m² or lx.
+    pub irradiance: Rgb,
+    /// Variance of its luminance: all, and what is the solution's.
+    pub variance: [f64; 2],
+}
 
 impl<'a> Gathering<'a> {
-    pub fn new(gatherer: &'a Gatherer<'a>, tables: &'a [Table]) -> Self {
+    pub fn new(gatherer: &'a Gatherer<'a>, calm: &'a Calm<'a>, tables: &'a [Table]) -> Self {
         Self {
             gatherer,
+            calm,
             tables,
             buffers: Buffers::default(),
             receiving: Vec::new(),
-            members: Vec::new(),
+            places: Vec::new(),
+            leads: Vec::new(),
             direct: Vec::new(),
             reflected: Vec::new(),
         }
     }
 
     /// Sorts the samples of a pixel into spots, seen from `eye` at `width` m a pixel; `seed` tells
-    /// pixels apart.
+    /// pixels apart. A pixel that does not lead may do with what those beside it gather.
     pub fn pixel(
         &mut self,
-        samples: &[Option<Sample>],
+        seen: &Seen,
         (eye, width): (DVec3, impl Fn(&Sample) -> f64),
-        seed: u64,
+        (seed, leads): (u64, bool),
         of_sample: &mut [u8],
         spots: &mut Vec<Spot>,
     ) {
+        of_sample.fill(NONE);
+        let samples = match seen {
+            Seen::Nothing => return,
+            Seen::One(sample, corners) => {
+                of_sample.fill(0);
+                let spot = self.spot(sample, Place::Square(*corners), (eye, width(sample)), seed);
+                spots.push(spot);
+                self.leads.push(leads);
+                return;
+            }
+            Seen::Each(samples) => samples,
+        };
         let mut found: Vec<(Sample, Vec<DVec3>)> = Vec::new();
         for (sample, of_sample) in samples.iter().zip(of_sample) {
-            *of_sample = NONE;
             let Some(s) = sample else { continue };
             let k = found.iter().position(|(f, _)| f.is_with(s, width(s)));
             let k = k.unwrap_or_else(|| {
@@ -132,9 +200,9 @@ impl<'a> Gathering<'a> {
             found[k].1.push(s.position);
             *of_sample = k as u8;
         }
-        for (k, (lead, members)) in found.into_iter().enumerate() {
+        for (k, (lead, places)) in found.into_iter().enumerate() {
             // The sample next to the middle stands for all.
-            let middle = members.iter().sum::<DVec3>() / members.len() as f64;
+            let middle = places.iter().sum::<DVec3>() / places.len() as f64;
             let s = samples
                 .iter()
                 .flatten()
@@ -144,22 +212,32 @@ impl<'a> Gathering<'a> {
                     d(a).total_cmp(&d(b))
                 })
                 .unwrap_or(&lead);
-            self.receiving.push(Receiving {
-                point: s.position + s.face * s.above,
-                face: s.face,
-                normal: s.normal,
-                seed: seed << 5 | k as u64,
-            });
-            self.members.push(members);
-            spots.push(Spot {
-                point: s.position,
-                normal: s.normal,
-                direct: Rgb::ZERO,
-                reflected: Reflected::default(),
-                rays: 0,
-                width: width(s),
-                facing: s.face.dot((eye - s.position).normalize_or_zero()).abs(),
-            });
+            let seed = seed << 5 | k as u64;
+            spots.push(self.spot(s, Place::Each(places), (eye, width(s)), seed));
+            self.leads.push(true);
+        }
+    }
+
+    /// A spot that a sample stands for.
+    fn spot(&mut self, s: &Sample, place: Place, (eye, width): (DVec3, f64), seed: u64) -> Spot {
+        self.receiving.push(Receiving {
+            point: s.position + s.face * s.above,
+            face: s.face,
+            normal: s.normal,
+            size: width,
+            seed,
+        });
+        self.places.push(place);
+        Spot {
+            point: s.position,
+            normal: s.normal,
+            direct: (Rgb::ZERO, 0.0),
+            reflected: Reflected::default(),
+            rays: 0,
+            reach: f64::INFINITY,
+            calm: self.calm.at(s.at),
+            width,
+            facing: s.face.dot((eye - s.position).normalize_or_zero()).abs(),
         }
     }
 
@@ -167,34 +245,83 @@ impl<'a> Gathering<'a> {
     pub fn light(&mut self, spots: &mut [Spot]) {
         let first = spots.len() - self.receiving.len();
         let spots = &mut spots[first..];
-        let (receiving, members) = (&self.receiving, &self.members);
+        let (receiving, places) = (&self.receiving, &self.places);
         let positions: Vec<DVec3> = spots.iter().map(|s| s.point).collect();
-        let spread = |i: usize, u: f64| {
-            let own: &[DVec3] = &members[i];
-            let lift = receiving[i].point - positions[i];
-            own[((u * own.len() as f64) as usize).min(own.len() - 1)] + lift
-        };
+        let spread = |i: usize, u: DVec2| places[i].at(u) + (receiving[i].point - positions[i]);
         self.gatherer.direct(receiving, spread, &mut self.buffers, &mut self.direct);
         for (spot, direct) in spots.iter_mut().zip(&self.direct) {
             spot.direct = *direct;
         }
-        let mut rest: Vec<usize> = (0..spots.len()).collect();
+        let needing = (0..spots.len()).filter(|&i| spots[i].calm.share < 1.0);
+        let (leads, others): (Vec<usize>, Vec<usize>) = needing.partition(|&i| self.leads[i]);
+        self.gather(spots, leads.clone());
+        let rest = others.into_iter().filter(|&i| !self.is_led(spots, i, &leads)).collect();
+        self.gather(spots, rest);
+        for i in 0..spots.len() {
+            if spots[i].rays == 0 && spots[i].calm.share < 1.0 {
+                if let Some(lead) = self.led_by(spots, i, &leads).map(|l| spots[l]) {
+                    (spots[i].reach, spots[i].reflected) = (lead.reach, lead.reflected);
+                }
+            }
+        }
+        self.receiving.clear();
+        self.places.clear();
+        self.leads.clear();
+    }
+
+    /// Gathers what other surfaces send to some of the spots, with more and more rays where that is
+    /// of use.
+    fn gather(&mut self, spots: &mut [Spot], mut rest: Vec<usize>) {
         for table in self.tables {
             let points: Vec<Receiving> = rest
                 .iter()
                 .map(|&i| Receiving {
-                    seed: receiving[i].seed ^ (table.points() as u64) << 44,
-                    ..receiving[i]
+                    seed: self.receiving[i].seed ^ (table.points() as u64) << 44,
+                    ..self.receiving[i]
                 })
                 .collect();
             self.gatherer.reflected(&points, table, &mut self.buffers, &mut self.reflected);
             for (&i, found) in rest.iter().zip(&self.reflected) {
                 spots[i].add(found, table.points() as u32);
             }
-            rest.retain(|&i| spots[i].needs() > 1.5 * f64::from(spots[i].rays));
+            // Four batches alone know the noise of a spot badly.
+            let noise = rest.iter().map(|&i| spots[i].of_a_ray()).sum::<f64>();
+            let common = noise / rest.len().max(1) as f64;
+            rest.retain(|&i| self.needs(&spots[i], common) > 1.5 * f64::from(spots[i].rays));
         }
-        self.receiving.clear();
-        self.members.clear();
+    }
+
+    /// Rays that a spot should have; one ray leaves open on average what `common` says.
+    fn needs(&self, spot: &Spot, common: f64) -> f64 {
+        let dim = self.gatherer.mean() * DIM;
+        let wanted = self.gatherer.noise() * spot.light().max(dim) / (1.0 - spot.calm.share);
+        0.5 * (spot.of_a_ray() + common) / (wanted * wanted * spot.sharing())
+    }
+
+    /// The spot beside another, of `leads`, that saw the same and gathered.
+    fn led_by(&self, spots: &[Spot], i: usize, leads: &[usize]) -> Option<usize> {
+        /// Pixels between them.
+        const APART: f64 = 2.5;
+        let spot = &spots[i];
+        let is_beside = |l: &&usize| {
+            let (lead, way) = (&spots[**l], spots[**l].point - spot.point);
+            way.length_squared() < (APART * spot.width).powi(2)
+                && lead.normal.dot(spot.normal) > 0.97
+                && way.dot(spot.normal).abs() < 0.5 * spot.width
+        };
+        leads.iter().find(is_beside).copied()
+    }
+
+    /// Whether what those beside it gathered is enough for a spot too.
+    fn is_led(&self, spots: &[Spot], i: usize, leads: &[usize]) -> bool {
+        /// Radius that it is shared over, in pixels, at least.
+        const WIDE: f64 = 6.0;
+        self.led_by(spots, i, leads).is_some_and(|l| {
+            let lead = &spots[l];
+            // Each stands for four.
+            let has = f64::from(lead.rays) / 4.0;
+            lead.radius() > WIDE * lead.width && self.needs(lead, lead.of_a_ray()) <= has
+        })
     }
 }
 
@@ -207,19 +334,31 @@ impl Spot {
             *me = *more;
         } else {
             me.irradiance = (me.irradiance * a + more.irradiance * b) / (a + b);
-            me.reach = me.reach.min(more.reach);
+            me.near = me.near.or(more.near);
+            me.variance = (me.variance * a * a + more.variance * b * b) / (a + b).powi(2);
         }
+        self.reach = self.reflected.near.reach;
         self.rays += rays;
     }
 
     /// Radius that it is smoothed over, m.
     pub fn radius(&self) -> f64 {
-        (SMOOTHED * self.reflected.reach).min(WIDEST * self.width)
+        (SMOOTHED * self.reach).min(WIDEST * self.width)
     }
 
-    /// Rays that it should have, as few pixels around it may share theirs.
-    fn needs(&self) -> f64 {
+    /// What one ray leaves open: the variance of its luminance.
+    fn of_a_ray(&self) -> f64 {
+        self.reflected.variance * f64::from(self.rays)
+    }
+
+    /// How many spots about share their rays with it.
+    fn sharing(&self) -> f64 {
         let radius = self.radius() / self.width;
-        WANTED / (1.0 + radius * radius * self.facing)
+        1.0 + radius * radius * self.facing
+    }
+
+    /// Luminance of its irradiance.
+    fn light(&self) -> f64 {
+        luminance(self.direct.0 + self.reflected.irradiance)
     }
 }

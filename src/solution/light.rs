@@ -1,6 +1,9 @@
 //! The conductor: from a scene to its solution.
 
+use std::f64::consts::PI;
 use std::sync::Arc;
+
+use rayon::prelude::*;
 
 use super::dark::Rough;
 use super::error::LightError;
@@ -10,7 +13,7 @@ use super::options::{Adaptive, CLUSTERED_PATCHES, LightOptions};
 use crate::direct::{self, DirectLight, DirectOptions};
 use crate::engines::{AssembleError, Engine, EngineOptions, EngineReport, assemble_lit};
 use crate::form_factors::{Account, FormFactors, RowsReport};
-use crate::patches::{PatchId, Patches, warn_of_contacts};
+use crate::patches::{PatchId, Patches, side_index, warn_of_contacts};
 use crate::progress::{Cancelled, Progress};
 use crate::reconstruct::Field;
 use crate::refine::factor::FactorRule;
@@ -26,6 +29,11 @@ pub struct Solution {
     pub patches: Patches,
     /// Irradiance H of each, W/m² or lx.
     pub irradiance: Vec<Rgb>,
+    /// Of that, what arrives by way of other surfaces, less an estimate of what lamp-like emitters
+    /// reflect, and from the sky.
+    pub reflected: Vec<Rgb>,
+    /// The same as each of two independent halves of the rays gives it, where rows are sampled.
+    pub reflected_halves: Option<[Vec<Rgb>; 2]>,
     /// Whether a patch's value stands for what is seen of it: it has a row and is not covered.
     pub usable: Vec<bool>,
     /// Irradiance as each of two independent halves of the rays alone gives it, where rows are
@@ -53,6 +61,19 @@ impl Solution {
     ) -> Result<Field<'a>, Cancelled> {
         let usable = |i: PatchId| self.usable[i.index()];
         Field::new_heard(&scene.geometry, &self.patches, &self.irradiance, usable, progress)
+    }
+
+    /// What arrives by way of other surfaces as a smooth field, which `progress` may stop.
+    ///
+    /// # Errors
+    /// If it does.
+    pub fn reflected_field_heard<'a>(
+        &'a self,
+        scene: &Scene,
+        progress: &dyn Progress,
+    ) -> Result<Field<'a>, Cancelled> {
+        let usable = |i: PatchId| self.usable[i.index()];
+        Field::new_heard(&scene.geometry, &self.patches, &self.reflected, usable, progress)
     }
 }
 
@@ -237,6 +258,16 @@ fn lit_by(
         }
         None => None,
     };
+    let reflected = reflected(scene, &patches, &factors, &rho, &irradiance);
+    let reflected_halves = halves.as_ref().map(|halves| {
+        // What halves differ in, but for what arrives straight.
+        [0, 1].map(|k| {
+            let straight = |d: &DirectLight| (d.halves[k] - d.halves[1 - k]) * 0.5;
+            let all = |i: usize| halves[k][i] - irradiance[i];
+            let found = reflected.iter().zip(&direct).enumerate();
+            found.map(|(i, (r, d))| *r + all(i) - straight(d)).collect()
+        })
+    });
     clock.lap("solve");
 
     let usable: Vec<bool> =
@@ -252,12 +283,39 @@ fn lit_by(
         rows: Some(rows_report(&factors, &areas)),
         solve: Some(solved),
         error: None,
+        picture_error: None,
         energy: Some(EnergyBalance::of(&system, &emission, scene.sky, Some(lamps), &irradiance)),
         stages: clock.stages,
         foretold_memory_bytes: None,
         peak_memory_bytes: None,
     };
-    Ok(Solution { patches, irradiance, usable, halves, report })
+    Ok(Solution { patches, irradiance, reflected, reflected_halves, usable, halves, report })
+}
+
+/// What arrives at each patch by way of other surfaces and from the sky.
+fn reflected(
+    scene: &Scene,
+    patches: &Patches,
+    factors: &FormFactors,
+    rho: &[Rgb],
+    irradiance: &[Rgb],
+) -> Vec<Rgb> {
+    let lamps = direct::reflected_by_emitters(scene, patches, irradiance);
+    let sent = |i: PatchId| {
+        let cell = patches.cell(i);
+        rho[i.index()] * irradiance[i.index()] - lamps[side_index(cell.triangle, cell.side)]
+    };
+    let sent: Vec<Rgb> = patches.ids().map(sent).collect();
+    let ids: Vec<PatchId> = patches.ids().filter(|i| factors.has_row(*i)).collect();
+    let found: Vec<Rgb> = ids
+        .par_iter()
+        .map(|&i| factors.gather(i, &sent) + scene.sky * (PI * factors.account(i).environment))
+        .collect();
+    let mut all = vec![Rgb::ZERO; patches.len()];
+    for (i, found) in ids.into_iter().zip(found) {
+        all[i.index()] = found;
+    }
+    all
 }
 
 /// The rows of all patches that light can reach; `lamps` is what each receives from lamps.

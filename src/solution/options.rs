@@ -112,7 +112,7 @@ pub enum Clustering {
 
 /// Models with more exchanging sides of source triangles than this are clustered unless the user
 /// says otherwise.
-pub const MANY_SIDES: u64 = 100_000;
+pub const MANY_SIDES: u64 = 20_000;
 
 /// The paper's adaptive subdivision.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -127,7 +127,7 @@ pub struct Adaptive {
 pub const DEFAULT_PATCHES: u64 = 5_000;
 
 /// The same where rows are sampled.
-pub const SAMPLED_PATCHES: u64 = 20_000;
+pub const SAMPLED_PATCHES: u64 = 12_000;
 
 /// Number of patches aimed at where source triangles are clustered and no size is given.
 pub const CLUSTERED_PATCHES: f64 = 10_000.0;

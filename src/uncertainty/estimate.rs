@@ -30,6 +30,21 @@ impl Uncertainty {
     /// exact.
     #[must_use]
     pub fn of(geometry: &Geometry, solution: &Solution, field: &Field<'_>) -> Self {
+        Self::of_values(geometry, solution, field, solution.halves.as_ref())
+    }
+
+    /// Of the light that arrives by way of other surfaces alone, whose field is `field`.
+    #[must_use]
+    pub fn of_reflected(geometry: &Geometry, solution: &Solution, field: &Field<'_>) -> Self {
+        Self::of_values(geometry, solution, field, solution.reflected_halves.as_ref())
+    }
+
+    fn of_values(
+        geometry: &Geometry,
+        solution: &Solution,
+        field: &Field<'_>,
+        halves: Option<&[Vec<Rgb>; 2]>,
+    ) -> Self {
         let patches = &solution.patches;
         let usable: Vec<PatchId> = patches.ids().filter(|i| solution.usable[i.index()]).collect();
         let (low, high) = geometry.bounds().unwrap_or_default();
@@ -38,9 +53,8 @@ impl Uncertainty {
             .par_iter()
             .map(|&patch| {
                 let (i, p) = (patch.index(), patches.center(patch));
-                let h = solution.irradiance[i];
-                let half = |[a, b]: &[Vec<Rgb>; 2]| (a[i] - b[i]) * 0.5;
-                let noise = solution.halves.as_ref().map_or(Rgb::ZERO, half);
+                let h = field.of_patches()[i];
+                let noise = halves.map_or(Rgb::ZERO, |[a, b]| (a[i] - b[i]) * 0.5);
                 let off = field.at(p) - h;
                 let at = (p.position(geometry) - low) / size;
                 let turned = geometry.normal(p.triangle, p.side);

@@ -16,10 +16,18 @@ use crate::solve::SAMPLED_TOLERANCE;
 const TURNS: usize = 6;
 
 /// Rays a row and patches of the first turn.
-const FIRST: (usize, u64) = (256, 4_000);
+const FIRST: (usize, u64) = (256, 30_000);
 
 /// Most by which rays or patches grow from turn to turn.
 const GROWTH: f64 = 16.0;
+
+/// Of what their size blurs, patches have this share in common: light that leaks beneath things,
+/// for one, leaks everywhere.
+pub(crate) const IN_COMMON: f64 = 0.25;
+
+/// Patches become smaller than at first by this factor at most: beyond it light near by, which is
+/// found anew, is all that they would show.
+const SMALLEST: f64 = 0.25;
 
 /// The solver may leave this fraction of the error that is allowed.
 const SOLVER: f64 = 0.05;
@@ -31,10 +39,11 @@ const NOISE_POWER: f64 = 0.7;
 /// of a shadow's border (1/4).
 const SIZE_POWER: f64 = 0.4;
 
-/// Lights a scene by sampled rows until the error stated ([`ErrorReport::total`]) is at most
-/// `target`, a relative error (0.01 is 1 %). From turn to turn it takes more rays and, unless
-/// `options` say how large patches are, smaller patches. Where memory or the largest number of rays
-/// puts that out of reach, it yields the best solution, whose report says how good it is.
+/// Lights a scene by sampled rows until the error stated ([`ErrorReport::total`]) of what arrives
+/// by way of other surfaces is at most `target`, a share of all that arrives (0.01 is 1 %). From
+/// turn to turn it takes more rays and, unless `options` say how large patches are, smaller
+/// patches. Where memory or the largest number of rays puts that out of reach, it yields the best
+/// solution, whose report says how good it is.
 ///
 /// Engines other than [`EngineOptions::Rays`] light the scene once, with the options given.
 pub fn light_within(
@@ -59,6 +68,7 @@ pub fn light_within(
     // What the solver leaves is in no stated error.
     let usual = options.tolerance.unwrap_or(SAMPLED_TOLERANCE);
     options.tolerance = Some(usual.min(SOLVER * target));
+    let least = options.patch_size.map_or(0.0, |size| SMALLEST * size);
     let mut best: Option<(f64, Solution)> = None;
     for _ in 0..TURNS {
         let mut solution = match light(scene, &options, progress) {
@@ -71,7 +81,7 @@ pub fn light_within(
         if best.as_ref().is_none_or(|b| error.total <= b.0) {
             best = Some((error.total, solution));
         }
-        if error.total <= target || !better(&mut options, fixed, error, target) {
+        if error.total <= target || !better(&mut options, (fixed, least), error, target) {
             break;
         }
     }
@@ -79,14 +89,19 @@ pub fn light_within(
     best.map_or_else(|| light(scene, &options, progress), |b| Ok(b.1))
 }
 
-/// What a solution states of itself.
+/// What a solution states of the light that surfaces send to each other: what arrives straight is
+/// found anew wherever one looks.
 fn error_of(
     scene: &Scene,
     solution: &Solution,
     progress: &dyn Progress,
 ) -> Result<ErrorReport, Cancelled> {
-    let field = solution.field_heard(scene, progress)?;
-    Ok(Uncertainty::of(&scene.geometry, solution, &field).report(solution))
+    let field = solution.reflected_field_heard(scene, progress)?;
+    let found = Uncertainty::of_reflected(&scene.geometry, solution, &field);
+    // What lies near by is found anew too, and not read from patches; what they have in common
+    // beyond that, everything shows.
+    let refinement = found.refinement.into_iter().map(|r| r * IN_COMMON).collect();
+    Ok(Uncertainty { refinement, ..found }.report(solution))
 }
 
 /// Whether there was no room for what was asked.
@@ -96,7 +111,12 @@ fn is_too_much(error: &LightError) -> bool {
 }
 
 /// Asks for more where an error is too large; `false` if there is nothing more to ask for.
-fn better(options: &mut LightOptions, fixed: bool, error: ErrorReport, target: f64) -> bool {
+fn better(
+    options: &mut LightOptions,
+    (fixed, smallest): (bool, f64),
+    error: ErrorReport,
+    target: f64,
+) -> bool {
     let mut changed = false;
     // Each may have half; one that needs less leaves the rest to the other.
     let allowed = |other: f64| (target - other).max(0.5 * target) * 0.95;
@@ -118,8 +138,8 @@ fn better(options: &mut LightOptions, fixed: bool, error: ErrorReport, target: f
     }
     if let (Some(size), false) = (&mut options.patch_size, fixed) {
         let excess = (error.refinement / allowed(error.noise)).max(least);
-        if excess > 1.0 {
-            *size /= grown(1.0, excess, SIZE_POWER);
+        if excess > 1.0 && *size > smallest {
+            *size = (*size / grown(1.0, excess, SIZE_POWER)).max(smallest);
             changed = true;
         }
     }

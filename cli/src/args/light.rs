@@ -15,7 +15,7 @@ pub struct Light {
     #[arg(long, value_name = "AREA", allow_negative_numbers = true)]
     pub patch_size: Option<f64>,
 
-    /// Join source triangles that are smaller than a patch: auto from 100,000 of them
+    /// Join source triangles that are smaller than a patch: auto from 20,000 of them
     #[arg(long, value_enum, default_value_t = ClusterArg::Auto, hide_short_help = true)]
     pub cluster: ClusterArg,
 
@@ -43,12 +43,13 @@ pub struct Light {
     #[arg(long, value_enum, hide_short_help = true)]
     pub draw: Option<DrawChoice>,
 
-    /// Rays a row, 32 to 65536 [default: 1024; 512 for probe]
+    /// Rays a row, 32 to 65536 [default: 256; 1024 with --draft]
     #[arg(long, value_name = "N", value_parser = samples)]
     pub samples: Option<usize>,
 
-    /// Choose rays and patches so that irradiance is known this well on 80 % of the surface, like
-    /// 1%; with --engine exact the error of form factors [default there: .1%]
+    /// Spend rays, and patches where they are what limits, until light is known this well at points
+    /// and on 80 % of a picture, like 1%; with --engine exact the error of form factors [default
+    /// there: .1%]
     #[arg(
         long, value_name = "PERCENT", value_parser = percent, conflicts_with = "samples",
         allow_negative_numbers = true
@@ -100,7 +101,7 @@ pub enum EngineArg {
 /// `--cluster`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum ClusterArg {
-    /// In models of more than 100,000 sides that exchange light, and more than twice the patches
+    /// In models of more than 20,000 sides that exchange light, and more than twice the patches
     /// wanted
     Auto,
     /// Wherever neighbours have one material and lie nearly in one plane

@@ -59,3 +59,10 @@ pub(super) struct Group<'a> {
     /// Its blocks in the cut.
     pub blocks: Range<usize>,
 }
+
+impl Group<'_> {
+    /// About what it may send to the receiver at most: the sum of its weights.
+    pub fn sum(&self, sums: &[f32]) -> f64 {
+        sums[self.blocks.clone()].iter().map(|b| f64::from(*b)).sum()
+    }
+}

@@ -40,21 +40,22 @@ impl Emitters<'_> {
         total
     }
 
-    /// The same as 2 `N` independent sequences of shadow rays give it: by all of them together, and
-    /// by each pair alone.
+    /// The same as 2 `N` independent sequences of shadow rays give it, each pair of at most
+    /// `shadow`: by all of them together, and by each alone.
     pub fn light_replicated<const N: usize>(
         &self,
         receiver: &Receiver,
         sample: impl Fn(DVec2) -> ReceiverPoint,
+        shadow: usize,
         work: &mut Workspace,
     ) -> (Rgb, [[Rgb; 2]; N]) {
         let mut total = (Rgb::ZERO, [[Rgb::ZERO; 2]; N]);
         /// The first look takes one in this many shadow rays: what it misses is an unknown error.
         const LOOK: usize = 8;
-        let look = (self.options.shadow / LOOK).clamp(PAIRS, MOST_SHADOW);
+        let look = (shadow / LOOK).clamp(PAIRS, MOST_SHADOW);
         self.each_group(receiver, work, |group, unoccluded, work| {
             let mut seen = [[Seen::default(); 2]; N];
-            let more = self.options.shadow.min(MOST_SHADOW);
+            let more = shadow.min(MOST_SHADOW);
             self.visible(receiver, group, &sample, work, (look, more), &mut seen);
             let all = seen.iter().flatten().fold(Seen::default(), |all, s| all.and(*s));
             total.0 += unoccluded * all.fraction();

@@ -14,7 +14,7 @@ use crate::visibility::Bvh;
 pub(super) const NEAREST: f32 = 2.0;
 
 /// A triangle whose distance is below this many times the root of its area counts as near.
-const NEAR: f32 = 10.0;
+pub(super) const NEAR: f32 = 10.0;
 
 /// What a first look at an emitter needs, in coordinates of the hierarchy.
 #[derive(Debug, Clone, Copy)]

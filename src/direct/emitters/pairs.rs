@@ -25,6 +25,14 @@ pub(super) struct Seen {
 }
 
 impl Seen {
+    /// Takes in a pair, whether it sees each other or not.
+    pub fn add(&mut self, kernel: Rgb, is_seen: bool) {
+        self.all += kernel;
+        if is_seen {
+            self.kept += kernel;
+        }
+    }
+
     pub fn and(self, other: Self) -> Self {
         Self { kept: self.kept + other.kept, all: self.all + other.all }
     }
@@ -119,10 +127,10 @@ impl Emitters<'_> {
     }
 
     /// Draws `count` pairs and traces the segments between them; even lanes are of the first half.
-    fn draw(
+    pub(super) fn draw(
         &self,
         seed: u64,
-        Group { number, blocks, cut }: &Group<'_>,
+        group: &Group<'_>,
         (round, count): (u64, usize),
         sample: &impl Fn(DVec2) -> ReceiverPoint,
         work: &mut Workspace,
@@ -132,57 +140,86 @@ impl Emitters<'_> {
         work.kernels.clear();
         work.kernels.resize(count, Rgb::ZERO);
         let each = count / 2;
-        let sum: f64 = work.sums[blocks.clone()].iter().map(|b| f64::from(*b)).sum();
+        let sum = group.sum(&work.sums);
         for half in 0..2 {
-            let seed = seed << 8 ^ (*number as u64) << 2 ^ round << 1 ^ half as u64;
+            let seed = seed << 8 ^ (group.number as u64) << 2 ^ round << 1 ^ half as u64;
             let [s0, s1, s2, s3, s4] = Random::new(seed).numbers();
-            let (mut block, mut below) = (blocks.start, 0.0);
+            let mut place = (group.blocks.start, 0.0);
             for (i, pair) in self.pairs[half][..each].iter().enumerate() {
                 // One in each of `each` equal intervals of the sum, in order.
                 let target = (i as f64 + s0) / each as f64 * sum;
-                while block + 1 < blocks.end && below + f64::from(work.sums[block]) <= target {
-                    below += f64::from(work.sums[block]);
-                    block += 1;
-                }
-                let (mut k, mut rest) = (0, target - below);
-                while k + 1 < LANES && f64::from(work.weights[block][k]) <= rest {
-                    rest -= f64::from(work.weights[block][k]);
-                    k += 1;
-                }
-                let weight = f64::from(work.weights[block][k]);
-                if weight <= 0.0 {
+                let pair = wrapped(pair, [s1, s2, s3, s4]);
+                let Some(pair) = self.pair(group, work, (target, &mut place), pair, sample) else {
                     continue;
-                }
-                let wrapped = |p: f32, s: f64| {
-                    let x = f64::from(p) + s;
-                    if x < 1.0 { x } else { x - 1.0 }
                 };
-                let (from, normal, own) =
-                    sample(DVec2::new(wrapped(pair[0], s1), wrapped(pair[1], s2)));
-                let (first, end) = cut.sources[block][k];
-                let s = &self.sources[if end - first == 1 {
-                    first as usize
-                } else {
-                    // What is left of the target is the place within the entry.
-                    self.tree.at_fraction((first, end), (rest / weight).clamp(0.0, 1.0))
-                }];
-                let to = point_on(s.corners, wrapped(pair[2], s3), wrapped(pair[3], s4));
-                let kernel = kernel(s, from, normal, to);
-                if kernel <= 0.0 {
-                    continue;
-                }
                 let lane = 2 * i + half;
-                let start = self.bvh.local(from);
-                let way = self.bvh.local(to) - start;
-                work.packets[lane / LANES].set(lane % LANES, start, way, 1.0, own);
-                let area = f64::from(cut.blocks[block].area[k]);
-                work.kernels[lane] = s.radiance * (area * kernel / weight);
+                let start = self.bvh.local(pair.from);
+                let way = self.bvh.local(pair.to) - start;
+                work.packets[lane / LANES].set(lane % LANES, start, way, 1.0, pair.own);
+                work.kernels[lane] = pair.kernel;
             }
         }
         work.blocked.clear();
         work.blocked.resize(count / LANES, 0);
         self.bvh.blocked(&work.packets, &mut work.blocked);
     }
+
+    /// A pair of points: the emitter's at `target` of the group's [`sum`](Group::sum), for which
+    /// the search begins at a `place` before it; `at` are both's coordinates in unit squares.
+    /// `None` if they do not face each other.
+    pub(super) fn pair(
+        &self,
+        Group { blocks, cut, .. }: &Group<'_>,
+        work: &Workspace,
+        (target, place): (f64, &mut (usize, f64)),
+        at: [f64; 4],
+        sample: &impl Fn(DVec2) -> ReceiverPoint,
+    ) -> Option<Pair> {
+        let (block, below) = place;
+        while *block + 1 < blocks.end && *below + f64::from(work.sums[*block]) <= target {
+            *below += f64::from(work.sums[*block]);
+            *block += 1;
+        }
+        let (mut k, mut rest) = (0, target - *below);
+        while k + 1 < LANES && f64::from(work.weights[*block][k]) <= rest {
+            rest -= f64::from(work.weights[*block][k]);
+            k += 1;
+        }
+        let weight = f64::from(work.weights[*block][k]);
+        if weight <= 0.0 {
+            return None;
+        }
+        let (from, normal, own) = sample(DVec2::new(at[0], at[1]));
+        let (first, end) = cut.sources[*block][k];
+        let s = &self.sources[if end - first == 1 {
+            first as usize
+        } else {
+            // What is left of the target is the place within the entry.
+            self.tree.at_fraction((first, end), (rest / weight).clamp(0.0, 1.0))
+        }];
+        let to = point_on(s.corners, at[2], at[3]);
+        let kernel = kernel(s, from, normal, to);
+        let area = f64::from(cut.blocks[*block].area[k]);
+        let kernel = (kernel > 0.0).then(|| s.radiance * (area * kernel / weight))?;
+        Some(Pair { from, to, own, kernel })
+    }
+}
+
+/// A point of a receiver and one of an emitter that face each other.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Pair {
+    pub from: DVec3,
+    pub to: DVec3,
+    /// The solid triangle that the receiver's lies on.
+    pub own: Option<u32>,
+    /// What the emitter sends, times the kernel.
+    pub kernel: Rgb,
+}
+
+/// A point of a sequence, shifted within the unit cube.
+pub(super) fn wrapped(point: &[f32; 4], by: [f64; 4]) -> [f64; 4] {
+    let x: [f64; 4] = std::array::from_fn(|k| f64::from(point[k]) + by[k]);
+    x.map(|x| if x < 1.0 { x } else { x - 1.0 })
 }
 
 /// The kernel cos θ cos θ' / (π r²) between two points.

@@ -8,7 +8,7 @@ use std::ops::Range;
 use glam::{DVec3, Vec3};
 
 use super::cut::Cut;
-use super::lanes::{Entry, NEAREST, brightness, suitable};
+use super::lanes::{Entry, NEAR, NEAREST, brightness, suitable};
 use super::receiver::Receiver;
 use super::sources::{Source, Unit, halve};
 use crate::scene::Rgb;
@@ -144,6 +144,49 @@ impl Tree {
         start as usize + at - 1
     }
 
+    /// A source drawn for a point, about in proportion to what may arrive from it, by a number of
+    /// 0..1, and the chance that it had (Conty Estevez & Kulla 2018, "Importance sampling of many
+    /// lights with adaptive tree splitting"); `None` if all lie below the point's horizon.
+    pub fn choose(&self, point: Vec3, normal: Vec3, x: f32) -> Option<(usize, f32)> {
+        let may = |node: u32| self.nodes[node as usize].may_send(point, normal);
+        let sum: f32 = self.roots.iter().map(|&r| may(r)).sum();
+        let mut rest = x * sum;
+        let (mut at, mut chance) = (None, 0.0);
+        for &root in &self.roots {
+            let weight = may(root);
+            if weight > 0.0 {
+                (at, chance) = (Some(root), weight / sum);
+                if rest < weight {
+                    rest /= weight;
+                    break;
+                }
+                rest -= weight;
+            }
+        }
+        let mut at = at?;
+        let mut x = rest.clamp(0.0, 1.0);
+        while self.nodes[at as usize].sources.len() > 1 {
+            let halves = [at + 1, self.nodes[at as usize + 1].end];
+            let [a, b] = halves.map(may);
+            let first = a / (a + b);
+            if first.is_nan() {
+                return None;
+            }
+            let second = x >= first;
+            let share = if second { 1.0 - first } else { first };
+            x = (if second { x - first } else { x }) / share;
+            chance *= share;
+            at = halves[usize::from(second)];
+        }
+        Some((self.nodes[at as usize].sources.start as usize, chance))
+    }
+
+    /// Where a source is near a point, its centre cannot stand for it.
+    pub fn is_near(&self, k: usize, point: Vec3) -> bool {
+        let Entry { centre, area, .. } = self.leaves[k];
+        (centre - point).length_squared() < NEAR * NEAR * area
+    }
+
     /// The nodes that stand for all emitters; `all`: each emitter is analytic for each receiver.
     pub fn cut(&self, receivers: &[Receiver], all: bool, cut: &mut Cut) {
         cut.clear();
@@ -182,6 +225,24 @@ impl Node {
     fn way(&self, here: &Receivers) -> (Vec3, f32) {
         let d = self.whole.centre - here.centre;
         (d, d.length())
+    }
+
+    /// About what may arrive at a point; nothing if it lies below the point's horizon as a whole.
+    fn may_send(&self, point: Vec3, normal: Vec3) -> f32 {
+        /// Of a node that hardly faces the point.
+        const LEAST: f32 = 0.05;
+        let Entry { centre, radius, area, luminance, .. } = self.whole;
+        let way = centre - point;
+        let above = normal.dot(way) + radius * (1.0 + MARGIN);
+        if above <= 0.0 {
+            return 0.0;
+        }
+        let squared = way.length_squared().max(0.25 * radius * radius).max(f32::MIN_POSITIVE);
+        let distance = squared.sqrt();
+        let here = (above / distance).clamp(LEAST, 1.0);
+        let turned = 1.0 - self.whole.normal.length();
+        let there = turned + (radius - self.whole.normal.dot(way)) / distance;
+        luminance * area * here * there.clamp(LEAST, 1.0) / squared
     }
 
     fn sight(&self, here: &Receivers, d: Vec3, distance: f32) -> Sight {
