@@ -138,7 +138,8 @@ fn a_furnace_is_alike_everywhere() {
     let found = measure(&scene, &probes, (256, 4096), 0);
     for (e, p) in found.iter().zip(&probes) {
         let off = (e.irradiance / exact - Rgb::ONE).abs().max_element();
-        assert!(off < 5e-3, "{e:?}, exactly {exact}, at {p:?}");
+        let stated = (e.error / exact).max_element();
+        assert!(off < 1e-2 && off < 5e-3_f64.max(stated), "{e:?}, exactly {exact}, at {p:?}");
     }
 }
 

@@ -51,19 +51,16 @@ fn judge(scene: &Scene) {
 }
 
 #[test]
-#[ignore = "until points gather with a near field"]
 fn points_of_the_room_are_right() {
     judge(&builtin::build("room").unwrap());
 }
 
 #[test]
-#[ignore = "until points gather with a near field"]
 fn points_of_the_cornell_box_are_right() {
     judge(&builtin::build("cornell-box").unwrap());
 }
 
 #[test]
-#[ignore = "until points gather with a near field"]
 fn points_of_a_furnished_room_are_right() {
     judge(&furnished(4));
 }

@@ -54,7 +54,8 @@ fn gathered(
     rays: (usize, usize),
 ) -> Vec<Estimate> {
     let (field, bvh) = (solution.field(scene), Bvh::new(&scene.geometry));
-    let options = GatherOptions { samples: rays.0, shadow: rays.1, seed: 5 };
+    let options =
+        GatherOptions { samples: rays.0, shadow: rays.1, seed: 5, ..GatherOptions::default() };
     let g = &scene.geometry;
     let probes: Vec<Probe> = points
         .iter()

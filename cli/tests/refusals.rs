@@ -140,7 +140,7 @@ fn what_would_not_fit_in_memory_is_refused_beforehand() {
 fn the_patch_size_proposed_fits() {
     let bench = Bench::new();
     let cases: [&[&str]; 3] = [
-        &["room", "--patch-size", "0.01", "--memory", "100M"],
+        &["room", "--patch-size", "0.01", "--memory", "100M", "--samples", "1024"],
         &["cornell-box", "--patch-size", "0.02", "--memory", "8M", "--engine", "hemicube"],
         &["cornell-box", "--patch-size", "0.05", "--memory", "12M", "--solver", "direct"],
     ];

@@ -297,3 +297,34 @@ fn an_interrupt_ends_the_work_and_leaves_nothing() {
     assert!(String::from_utf8_lossy(&output.stderr).contains("cancelled"));
     assert!(bench.files().is_empty(), "{:?}", bench.files());
 }
+
+#[test]
+fn a_map_shows_how_well_pixels_are_known() {
+    let bench = Bench::new();
+    let map = ["--error-map", "map.png", "--report", "run.json"];
+    let outcome = bench.render("cornell-box", &map).ok();
+    assert!(outcome.stderr.contains("map.png: black 0 %"), "{outcome:?}");
+    assert_eq!(bench.picture("map.png").size(), (64, 48));
+    let text = fs::read_to_string(bench.path("run.json")).unwrap();
+    let report: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let error = |name: &str| report["picture_error"][name].as_f64().unwrap();
+    assert!(error("total") > 0.0 && error("total") < 1.0 && error("of_solution") <= error("total"));
+    bench.render("cornell-box", &["--error-map", "map.exr"]).refused(&["map.exr", ".png"]);
+    bench.render("cornell-box", &["--error-map", "map.png", "--draft"]).refused(&["--draft"]);
+    let same = ["-o", "map.png", "--error-map", "map.png"];
+    bench.render("cornell-box", &same).refused(&["map.png"]);
+}
+
+#[test]
+fn an_error_asked_for_makes_a_picture_better_known() {
+    let known = |more: &[&str]| {
+        let bench = Bench::new();
+        let args = ["render", "cornell-box", "--size", "64x48", "--report", "run.json"];
+        bench.run(&[&args, more].concat()).ok();
+        let text = fs::read_to_string(bench.path("run.json")).unwrap();
+        let report: serde_json::Value = serde_json::from_str(&text).unwrap();
+        report["picture_error"]["total"].as_f64().unwrap()
+    };
+    let (usual, better) = (known(&[]), known(&["--error", "2%"]));
+    assert!(better < 0.03 && better < 0.8 * usual, "{usual} {better}");
+}

@@ -43,7 +43,7 @@ impl Kind {
                 EngineOptions::Hemicube(HemicubeOptions { draw, ..HemicubeOptions::default() })
             }
             Self::Classical => EngineOptions::Classical,
-            Self::Rays => EngineOptions::Rays(RaysOptions::default()),
+            Self::Rays => EngineOptions::Rays(RaysOptions { samples: 1024, seed: 0 }),
             Self::Exact => EngineOptions::Exact(ExactOptions::default()),
         }
     }

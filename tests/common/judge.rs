@@ -2,13 +2,12 @@
 
 use std::error::Error;
 
-use hemicube::engines::{EngineOptions, RaysOptions};
 use hemicube::gather::{Estimate, GatherOptions, Gatherer, Place, Probe};
 use hemicube::patches::Patches;
 use hemicube::progress::Silent;
 use hemicube::render::{Picture, PictureOptions, Renderer, Sight};
 use hemicube::scene::{Camera, Rgb, Scene, luminance};
-use hemicube::solution::{LightOptions, MANY_SIDES};
+use hemicube::solution::LightOptions;
 use hemicube::visibility::Bvh;
 
 use super::known::{Known, mean};
@@ -32,17 +31,16 @@ pub fn measured(
     let probe = |k: &Known| Probe { point: k.placed.point, normal: k.placed.normal };
     let probes: Vec<Probe> = known.iter().map(probe).collect();
     let start = processor_seconds();
-    let small = scene.geometry.len() as u64 <= MANY_SIDES / 2 && error.is_none();
+    let small = scene.geometry.len() <= 50_000 && error.is_none();
     let light = LightOptions {
-        patch_size: small.then(|| Patches::area_adding(&scene.geometry, 40_000)),
-        engine: EngineOptions::Rays(RaysOptions { samples: 512, seed: 0 }),
+        patch_size: small.then(|| Patches::area_adding(&scene.geometry, 30_000)),
         error,
         memory: 8 << 30,
         ..LightOptions::default()
     };
     let lit = scene.light(&light, &Silent)?;
     let between = processor_seconds();
-    let found = lit.probe(&probes, options, &Silent)?;
+    let found = lit.probe(&probes, GatherOptions { error, ..options }, &Silent)?;
     Ok((found, [between - start, processor_seconds() - between]))
 }
 
@@ -60,7 +58,7 @@ pub fn pictured(
     let options = PictureOptions { width, height, ..PictureOptions::default() };
     let field = lit.field();
     let bvh = Bvh::new(&scene.geometry);
-    let options_of_light = GatherOptions::of_pictures(0);
+    let options_of_light = GatherOptions { error, ..GatherOptions::of_pictures(0) };
     let gatherer = Gatherer::new(scene, &lit.solution, &field, &bvh, options_of_light);
     let renderer = Renderer::gathering(scene, &field, &gatherer);
     let radiance = |s: &Sight| s.radiance.to_array().map(|x| x as f32);
