@@ -74,7 +74,7 @@ pub struct Renderer<'a> {
 enum Light<'a> {
     /// The field's: a draft. What surfaces reflect is known here.
     Field(Surfaces),
-    Gathered(Gathered<'a>),
+    Gathered(Box<Gathered<'a>>),
 }
 
 /// Light that is gathered, along smooth normals.
@@ -99,7 +99,7 @@ impl<'a> Renderer<'a> {
     #[must_use]
     pub fn gathering(scene: &'a Scene, field: &'a Field<'a>, gatherer: &'a Gatherer<'a>) -> Self {
         let (calm, normals) = (gatherer.calm(), field.normals(&scene.geometry));
-        Self::by(scene, field, Light::Gathered(Gathered { gatherer, calm, normals }))
+        Self::by(scene, field, Light::Gathered(Box::new(Gathered { gatherer, calm, normals })))
     }
 
     fn by(scene: &'a Scene, field: &'a Field<'a>, light: Light<'a>) -> Self {

@@ -258,10 +258,11 @@ impl<'a> Gathering<'a> {
         let rest = others.into_iter().filter(|&i| !self.is_led(spots, i, &leads)).collect();
         self.gather(spots, rest);
         for i in 0..spots.len() {
-            if spots[i].rays == 0 && spots[i].calm.share < 1.0 {
-                if let Some(lead) = self.led_by(spots, i, &leads).map(|l| spots[l]) {
-                    (spots[i].reach, spots[i].reflected) = (lead.reach, lead.reflected);
-                }
+            if spots[i].rays == 0
+                && spots[i].calm.share < 1.0
+                && let Some(lead) = self.led_by(spots, i, &leads).map(|l| spots[l])
+            {
+                (spots[i].reach, spots[i].reflected) = (lead.reach, lead.reflected);
             }
         }
         self.receiving.clear();

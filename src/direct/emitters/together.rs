@@ -122,7 +122,7 @@ impl Emitters<'_> {
         self.draw_more(receivers, &mut more, (1, count), &sample, work);
         more.sort_by_key(|s| (s.group, s.point));
         for group in more.chunk_by(|a, b| a.group == b.group) {
-            for (share, light) in group.iter().zip(smoothed(group, &at, &near)) {
+            for (share, light) in group.iter().zip(smoothed(group, at, &near)) {
                 add(share, light);
             }
         }
