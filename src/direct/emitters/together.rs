@@ -48,7 +48,6 @@ impl Share {
     }
 
     /// What arrives if this fraction is visible, and the variance of its luminance.
-    /// What arrives if this fraction is visible, and the variance of its luminance.
     fn light(&self, fraction: Rgb, variance: f64) -> (Rgb, f64) {
         /// Pairs are spread evenly: their variance is this share of that of random ones, about.
         const EVEN: f64 = 0.25;
