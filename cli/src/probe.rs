@@ -50,7 +50,7 @@ pub fn run(args: &Probe) -> Result<(), Failure> {
     let seed = args.light.seed.unwrap_or_default();
     let usual = GatherOptions::default();
     let samples = args.rays.unwrap_or(usual.samples);
-    let options = GatherOptions { samples, seed, error: args.light.error, ..usual };
+    let options = GatherOptions { samples, seed, error: args.light.error_of_light(), ..usual };
     let gatherer = Gatherer::new(&scene, &solution, &field, &bvh, options);
     bar.stage("points", table.probes.len() as u64);
     let mut found = gatherer.all(&table.probes, &bar)?;
@@ -68,7 +68,7 @@ pub fn run(args: &Probe) -> Result<(), Failure> {
     solution.report.stages.push(Stage { name: "points", seconds });
     if !quiet {
         say(&summary(&found));
-        if let Some(missed) = args.light.error.and_then(|e| missed(&found, e)) {
+        if let Some(missed) = args.light.error_of_light().and_then(|e| missed(&found, e)) {
             say(&format!("warning: {missed}"));
         }
         if let Some(doubt) = of_balance(&solution.report) {
@@ -148,16 +148,18 @@ fn missed(found: &[Estimate], wanted: f64) -> Option<String> {
     let relative = |e: &Estimate| error(e) / luminance(e.irradiance);
     let free = found.iter().filter(|e| e.place == Place::Free);
     let missed: Vec<f64> = free.map(relative).filter(|r| *r > wanted).collect();
-    let worst = missed.iter().copied().fold(0.0, f64::max);
+    let worst = match missed.iter().copied().fold(0.0, f64::max) {
+        all if all > 1.0 => "more than they receive".to_owned(),
+        share => format!("{:.2} %", 100.0 * share),
+    };
     (!missed.is_empty()).then(|| {
         format!(
-            "{} of {} points are not known to {:.3} %, the worst to {:.2} %: what is left is the \
+            "{} of {} points are not known to {:.3} %, the worst to {worst}: what is left is the \
              solution's, or takes more rays than a point may have; use a smaller --patch-size, or \
              allow a larger error",
             missed.len(),
             found.len(),
-            100.0 * wanted,
-            100.0 * worst
+            100.0 * wanted
         )
     })
 }

@@ -95,7 +95,7 @@ pub fn run(args: &Render) -> Result<(), Failure> {
     };
     let bvh = (!args.draft).then(|| Bvh::new(&scene.geometry));
     let usual = GatherOptions::of_pictures(args.light.seed.unwrap_or_default());
-    let options = GatherOptions { error: args.light.error, ..usual };
+    let options = GatherOptions { error: args.light.error_of_light(), ..usual };
     let gatherer = bvh.as_ref().map(|b| Gatherer::new(&scene, &solution, &field, b, options));
     let renderer = match &gatherer {
         Some(gatherer) => Renderer::gathering(&scene, &field, gatherer),
@@ -109,7 +109,7 @@ pub fn run(args: &Render) -> Result<(), Failure> {
     picture.save(&output).map_err(Failure::failed)?;
     let known = errors.as_ref().map(|e| e.below(MOST_OF_A_PICTURE));
     if let Some((path, errors)) = args.error_map.as_ref().zip(errors.as_ref()) {
-        let full = args.light.error.map_or(FULL, |e| 2.0 * e);
+        let full = args.light.error_of_light().map_or(FULL, |e| 2.0 * e);
         errors.picture(full).save(path).map_err(Failure::failed)?;
         if !args.light.run.quiet {
             say(&format!(
@@ -136,7 +136,7 @@ pub fn run(args: &Render) -> Result<(), Failure> {
         let lamp = || lamp_before(&scene, view.camera.eye);
         let doubts = doubts::of_picture(&shares, &taken, &lamp).into_iter();
         let of_error = match known {
-            Some(known) => doubts::of_pixels(known, args.light.error),
+            Some(known) => doubts::of_pixels(known, args.light.error_of_light()),
             None => doubts::of_error(&error, solution.halves.is_some()),
         };
         let of_balance = doubts::of_balance(&solution.report);

@@ -111,7 +111,8 @@ impl<'a> Gatherer<'a> {
         let seed = options.seed;
         let looks = if options.error.is_some() && !options.of_pictures { LOOKS } else { 1 };
         let tables = (0..looks)
-            .map(|k| (rays << (2 * k)).min(MOST_RAYS).max(rays))
+            .map(|k| rays << (2 * k))
+            .take_while(|&all| all == rays || all <= MOST_RAYS)
             .map(|rays| Table::new(rays.div_ceil(SETS), GATHER ^ seed, SETS))
             .collect();
         let shadow = options.shadow();

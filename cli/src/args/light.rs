@@ -83,6 +83,11 @@ impl Light {
         };
         self.engine.unwrap_or(default)
     }
+
+    /// The error asked for, if it is one of light: of exact form factors it is theirs.
+    pub fn error_of_light(&self) -> Option<f64> {
+        self.error.filter(|_| self.engine() == EngineArg::Rays)
+    }
 }
 
 /// `--engine`.
