@@ -12,9 +12,10 @@ use super::renderer::{Gathered, Renderer, Sight, draw};
 use super::smooth::smooth;
 use super::spots::{Gathering, Light, NONE, Sample, Seen, Spots, WIDEST, looks};
 use crate::engines::sampling::Table;
+use crate::patches::SurfacePoint;
 use crate::progress::{Cancelled, Progress};
 use crate::reconstruct::Normals;
-use crate::scene::{Camera, Scene, luminance};
+use crate::scene::{Camera, Scene, Side, TriangleId, luminance};
 use crate::visibility::{Face, ItemBuffer, NOTHING, View};
 
 /// Rows of pixels that are drawn at once, and pixels that are gathered together: squares of that.
@@ -240,6 +241,13 @@ impl Renderer<'_> {
         let geometry = &self.scene.geometry;
         let mut at = |x, y| samples.point(x, y).filter(|p| geometry.exchanges(p.triangle, p.side));
         let sample = |p| Sample::new(self.scene, normals, p);
+        // Samples of a pixel on one triangle share a normal.
+        let on = |last: &mut Option<Sample>, p: SurfacePoint| {
+            let own = last.filter(|l| (l.at.triangle, l.at.side) == (p.triangle, p.side));
+            let here = own.map_or_else(|| sample(p), |l| l.moved(self.scene, p));
+            *last = Some(here);
+            here
+        };
         let pixels = (0..band.len()).flat_map(|y| (0..w).map(move |x| (x * n, y * n)));
         let mut seen = Vec::with_capacity(band.len() * w);
         for (x, y) in pixels {
@@ -253,7 +261,13 @@ impl Renderer<'_> {
                 }
             } else {
                 let each = |y| (0..n).map(move |i| (x + i, y));
-                Seen::Each((y..y + n).flat_map(each).map(|(x, y)| at(x, y).map(sample)).collect())
+                let mut last = None;
+                let mut all = Vec::with_capacity(n * n);
+                all.extend((y..y + n).flat_map(each).map(|(x, y)| {
+                    let p = at(x, y)?;
+                    Some(on(&mut last, p))
+                }));
+                Seen::Each(all)
             });
         }
         seen
@@ -283,8 +297,17 @@ impl Renderer<'_> {
                     let pixel = first + band * BAND * w + at;
                     let (x, y) = (at % w * n, at / w * n);
                     let of_sample = &spots.of_sample[pixel * all..][..all];
+                    // The last one of plain material: many samples of a pixel show the same.
+                    let mut last: Option<((Looks, u8), Shown)> = None;
                     let mut shown = |i: usize, j: usize| {
-                        let light = match of_sample[j * n + i] {
+                        let k = of_sample[j * n + i];
+                        let looks = self.looks(samples.item(x + i, y + j)).map(|looks| (looks, k));
+                        if let Some((last, shown)) = last
+                            && looks == Some(last)
+                        {
+                            return shown;
+                        }
+                        let light = match k {
                             NONE => Light::default(),
                             k => light[spots.first[pixel] as usize + usize::from(k)],
                         };
@@ -292,10 +315,12 @@ impl Renderer<'_> {
                             Some(p) => self.sight(p, light.irradiance),
                             None => Sight { radiance: scene.sky, ..Sight::DARK },
                         };
-                        Shown::of(&sight, &light, map(&sight))
+                        let shown = Shown::of(&sight, &light, map(&sight));
+                        last = looks.map(|looks| (looks, shown));
+                        shown
                     };
                     let item = samples_alike(&face, buffer, (x, y), n);
-                    if item.is_some_and(|item| self.is_plain(item)) {
+                    if item.is_some_and(|item| self.looks(item).is_some()) {
                         *value = shown(n / 2, n / 2);
                         continue;
                     }
@@ -307,13 +332,36 @@ impl Renderer<'_> {
         );
     }
 
-    /// Whether all points of an item reflect and emit the same.
-    fn is_plain(&self, item: u32) -> bool {
-        item == NOTHING || {
-            let material = self.scene.optics.material(self.occluders.ids()[item as usize / 2]);
-            material.reflectance_texture.is_none() && material.radiance_texture.is_none()
+    /// How an item looks, if all its points reflect and emit the same.
+    fn looks(&self, item: u32) -> Option<Looks> {
+        if item == NOTHING {
+            return Some(Looks::default());
         }
+        let triangle = self.occluders.ids()[item as usize / 2];
+        let side = if item & 1 == 1 { Side::Back } else { Side::Front };
+        let optics = &self.scene.optics;
+        let material = optics.material(triangle);
+        let is_plain =
+            material.reflectance_texture.is_none() && material.radiance_texture.is_none();
+        is_plain.then(|| Looks {
+            material: Some(optics.material_of[triangle.index()]),
+            tinted: (!optics.tint.is_empty()).then_some(triangle),
+            is_front: side == Side::Front,
+            exchanges: self.scene.geometry.exchanges(triangle, side),
+            is_staged: self.scene.geometry.is_whole(triangle),
+        })
     }
+}
+
+/// What a sample's look depends on, but for its light.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+struct Looks {
+    material: Option<u32>,
+    /// The triangle, where each has a colour of its own.
+    tinted: Option<TriangleId>,
+    is_front: bool,
+    exchanges: bool,
+    is_staged: bool,
 }
 
 /// What all samples of the pixel at `x`, `y` see, if it is the same.

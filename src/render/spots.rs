@@ -64,6 +64,11 @@ impl Sample {
         Self { at, position: at.position(&scene.geometry), face, normal, above }
     }
 
+    /// Another sample on the same triangle, near by.
+    pub fn moved(&self, scene: &Scene, at: SurfacePoint) -> Self {
+        Self { at, position: at.position(&scene.geometry), ..*self }
+    }
+
     /// Whether two samples of a pixel of that width (m) see one surface.
     fn is_with(&self, other: &Self, width: f64) -> bool {
         /// Cosine between their normals.
