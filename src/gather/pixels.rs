@@ -89,14 +89,15 @@ impl Gatherer<'_> {
         Table::new(rays, self.seed(), LANES)
     }
 
-    /// Direct irradiance from emitters and lamps at points that lie together, and the variance of
-    /// its luminance.
+    /// Direct irradiance from emitters, and from `lamps` if they count, at points that lie together,
+    /// and the variance of its luminance.
     /// `spread` gives places (m) that a point stands for, by its number and a point of the unit
     /// square.
     pub(crate) fn direct(
         &self,
         points: &[Receiving],
         spread: impl Fn(usize, DVec2) -> DVec3,
+        lamps: bool,
         buffers: &mut Buffers,
         found: &mut Vec<(Rgb, f64)>,
     ) {
@@ -118,6 +119,9 @@ impl Gatherer<'_> {
         };
         let near = |i: usize| BESIDE_IT * points[i].size;
         self.emitters.light_together(&receivers, sample, near, work, found);
+        if !lamps {
+            return;
+        }
         let starts = points.iter().map(|p| (p.point + p.face * clear, p.normal));
         let mut lamps = vec![Rgb::ZERO; points.len()];
         direct::lamps_over(self.scene, self.bvh, starts, &mut lamps);

@@ -1,6 +1,6 @@
 //! Pictures whose light is gathered pixel by pixel.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::ops::Range;
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -8,21 +8,13 @@ use rayon::prelude::*;
 use super::camera::{check, frame_of};
 use super::known::PixelErrors;
 use super::picture::{Picture, PictureOptions, RenderError};
-use super::renderer::{Gathered, Renderer, Sight, draw};
-use super::smooth::smooth;
-use super::spots::{Gathering, Light, NONE, Sample, Seen, Spots, WIDEST, looks};
-use crate::engines::sampling::Table;
+use super::raster::{BAND, Gathered, Lit, Raster};
+use super::renderer::{Renderer, Sight, draw};
+use super::spots::{Light, Sample, Seen};
 use crate::patches::SurfacePoint;
-use crate::progress::{Cancelled, Progress};
-use crate::reconstruct::Normals;
+use crate::progress::Progress;
 use crate::scene::{Camera, Scene, Side, TriangleId, luminance};
 use crate::visibility::{Face, ItemBuffer, NOTHING, View};
-
-/// Rows of pixels that are drawn at once, and pixels that are gathered together: squares of that.
-const BAND: usize = 8;
-
-/// Most pixels whose spots are held at a time.
-const HELD: usize = 1 << 20;
 
 /// A pixel: what its samples were mapped to, and how well its luminance is known.
 #[derive(Debug, Clone, Copy, Default)]
@@ -80,171 +72,33 @@ impl Eye {
             rows * n,
         )
     }
-
-    /// Width of a pixel where a sample is, m.
-    fn width(&self, s: &Sample) -> f64 {
-        (s.position - self.camera.eye).dot(self.camera.forward.normalize_or_zero()).abs()
-            * self.pixel
-    }
 }
 
-impl Renderer<'_> {
-    pub(super) fn gathered(
-        &self,
-        gatherer: &Gathered<'_>,
-        camera: &Camera,
-        options: &PictureOptions,
-        map: impl Fn(&Sight) -> [f32; 3] + Sync,
-        progress: &dyn Progress,
-    ) -> Result<(Picture, PixelErrors), RenderError> {
-        let (w, h, n) = (options.width, options.height, options.samples.clamp(1, 15));
-        check(camera, w, h)?;
-        let mut view = View::default();
-        self.occluders.look(&frame_of(camera)?, &mut view);
-        let half = (0.5 * camera.vfov).tan();
-        let pixel = 2.0 * half / h as f64;
-        let eye = Eye { view, half, size: [w, h, n], pixel, camera: camera.clone() };
-        let tables: Vec<Table> =
-            looks(gatherer.gatherer.noise()).map(|rays| gatherer.gatherer.table(rays)).collect();
-        let mut pixels = vec![Shown::default(); w * h];
-        let margin = WIDEST as usize;
-        let slab = (HELD / w).saturating_sub(2 * margin).max(margin).next_multiple_of(BAND);
-        for from in (0..h).step_by(slab) {
-            let rows = from..(from + slab).min(h);
-            // Spots around are of use too.
-            let low = (rows.start.saturating_sub(margin) / BAND) * BAND;
-            let high = (rows.end + margin).min(h);
-            let counts = |y: usize| rows.contains(&y);
-            let mut spots = self.spots(gatherer, &eye, low..high, &tables, counts, progress)?;
-            let light = smooth(&mut spots, w);
-            let first = (rows.start - low) * w;
-            self.show(&eye, rows, (&spots, first, &light), &mut pixels, &map);
-        }
-        let errors = |of: fn(&Shown) -> [f32; 2]| {
-            let share = |p: &Shown| {
-                let [error, light] = of(p);
-                if light > 0.0 { error / light } else { 0.0 }
-            };
-            pixels.iter().map(share).collect()
-        };
-        let errors = PixelErrors {
-            width: w,
-            height: h,
-            relative: errors(|p| [p.error[0], p.luminance]),
-            of_solution: errors(|p| [p.error[1], p.luminance]),
-        };
-        let pixels = pixels.into_iter().map(|p| p.value).collect();
-        Ok((Picture { width: w, height: h, pixels }, errors))
+/// A raster of pixels.
+struct Sighted<'a> {
+    renderer: &'a Renderer<'a>,
+    gathered: &'a Gathered<'a>,
+    eye: &'a Eye,
+}
+
+impl Raster for Sighted<'_> {
+    fn size(&self) -> [usize; 3] {
+        self.eye.size
     }
 
-    /// The spots of some rows of pixels, and what light they find.
-    fn spots(
-        &self,
-        gatherer: &Gathered<'_>,
-        eye: &Eye,
-        rows: std::ops::Range<usize>,
-        tables: &[Table],
-        counts: impl Fn(usize) -> bool + Sync,
-        progress: &dyn Progress,
-    ) -> Result<Spots, Cancelled> {
-        let [w, _, n] = eye.size;
-        let cancelled = AtomicBool::new(false);
-        let bands: Vec<usize> = rows.clone().step_by(BAND).collect();
-        let found: Vec<Spots> = bands
-            .into_par_iter()
-            .map_init(ItemBuffer::default, |buffer, from| {
-                if cancelled.load(Ordering::Relaxed) {
-                    return Spots::default();
-                }
-                let band = from..(from + BAND).min(rows.end);
-                let spots = self.spots_of_band(gatherer, eye, band.clone(), tables, buffer);
-                let done = band.filter(|y| counts(*y)).count();
-                if progress.advance(done as u64).is_err() {
-                    cancelled.store(true, Ordering::Relaxed);
-                }
-                spots
-            })
-            .collect();
-        if cancelled.into_inner() {
-            return Err(Cancelled);
-        }
-        let mut all = Spots { first: vec![0], ..Spots::default() };
-        all.of_sample.reserve(rows.len() * w * n * n);
-        for band in found {
-            let before = all.spots.len() as u32;
-            all.spots.extend(band.spots);
-            all.first.extend(band.first[1..].iter().map(|f| f + before));
-            all.of_sample.extend(band.of_sample);
-        }
-        Ok(all)
-    }
-
-    fn spots_of_band(
-        &self,
-        gatherer: &Gathered<'_>,
-        eye: &Eye,
-        band: std::ops::Range<usize>,
-        tables: &[Table],
-        buffer: &mut ItemBuffer,
-    ) -> Spots {
-        let [w, _, n] = eye.size;
-        let rows = band.len();
-        let samples = self.samples_of(eye, &gatherer.normals, &band, buffer);
-        let mut gathering = Gathering::new(gatherer.gatherer, &gatherer.calm, tables);
-        // Square by square, so that rays that go together begin together.
-        let mut counts = vec![0_u32; rows * w];
-        let mut of_sample = vec![NONE; rows * w * n * n];
-        let mut squares = Vec::new();
-        for left in (0..w).step_by(BAND) {
-            let mut spots = Vec::new();
-            for y in 0..rows {
-                for x in left..(left + BAND).min(w) {
-                    let pixel = y * w + x;
-                    let before = spots.len();
-                    gathering.pixel(
-                        &samples[pixel],
-                        (eye.camera.eye, |s| eye.width(s)),
-                        (((band.start + y) * w + x) as u64, x % 2 == 0 && y % 2 == 0),
-                        &mut of_sample[pixel * n * n..][..n * n],
-                        &mut spots,
-                    );
-                    counts[pixel] = (spots.len() - before) as u32;
-                }
-            }
-            gathering.light(&mut spots);
-            squares.push(spots);
-        }
-        let mut all = Spots { spots: Vec::new(), first: vec![0], of_sample };
-        let mut taken = vec![0; squares.len()];
-        for (pixel, count) in counts.iter().enumerate() {
-            let square = pixel % w / BAND;
-            let from = taken[square];
-            taken[square] += *count as usize;
-            all.spots.extend_from_slice(&squares[square][from..taken[square]]);
-            all.first.push(all.spots.len() as u32);
-        }
-        all
-    }
-
-    /// What the samples of a band of pixels meet, pixel by pixel, where that may be lit.
-    fn samples_of(
-        &self,
-        eye: &Eye,
-        normals: &Normals,
-        band: &std::ops::Range<usize>,
-        buffer: &mut ItemBuffer,
-    ) -> Vec<Seen> {
-        let [w, _, n] = eye.size;
-        let face = eye.face(band.start, band.len());
-        draw(&self.occluders, &eye.view, &face, buffer);
-        let mut samples = self.samples(&eye.view, &face, buffer);
-        let geometry = &self.scene.geometry;
+    /// Only what may be lit.
+    fn seen(&self, band: &Range<usize>, buffer: &mut ItemBuffer) -> Vec<Seen> {
+        let [w, _, n] = self.eye.size;
+        let face = self.eye.face(band.start, band.len());
+        draw(&self.renderer.occluders, &self.eye.view, &face, buffer);
+        let mut samples = self.renderer.samples(&self.eye.view, &face, buffer);
+        let geometry = self.gathered.geometry();
         let mut at = |x, y| samples.point(x, y).filter(|p| geometry.exchanges(p.triangle, p.side));
-        let sample = |p| Sample::new(self.scene, normals, p);
+        let sample = |p| Sample::new(self.renderer.scene, &self.gathered.normals, p);
         // Samples of a pixel on one triangle share a normal.
         let on = |last: &mut Option<Sample>, p: SurfacePoint| {
             let own = last.filter(|l| (l.at.triangle, l.at.side) == (p.triangle, p.side));
-            let here = own.map_or_else(|| sample(p), |l| l.moved(self.scene, p));
+            let here = own.map_or_else(|| sample(p), |l| l.moved(self.renderer.scene, p));
             *last = Some(here);
             here
         };
@@ -273,13 +127,60 @@ impl Renderer<'_> {
         seen
     }
 
-    /// Shows rows of pixels: `light` is what arrives at each of the spots, `first` the pixel among
-    /// them that the rows begin with.
+    fn width(&self, s: &Sample) -> f64 {
+        let eye = &self.eye.camera;
+        (s.position - eye.eye).dot(eye.forward.normalize_or_zero()).abs() * self.eye.pixel
+    }
+
+    fn facing(&self, s: &Sample) -> f64 {
+        s.face.dot((self.eye.camera.eye - s.position).normalize_or_zero()).abs()
+    }
+}
+
+impl Renderer<'_> {
+    pub(super) fn gathered(
+        &self,
+        gathered: &Gathered<'_>,
+        camera: &Camera,
+        options: &PictureOptions,
+        map: impl Fn(&Sight) -> [f32; 3] + Sync,
+        progress: &dyn Progress,
+    ) -> Result<(Picture, PixelErrors), RenderError> {
+        let (w, h, n) = (options.width, options.height, options.samples.clamp(1, 15));
+        check(camera, w, h)?;
+        let mut view = View::default();
+        self.occluders.look(&frame_of(camera)?, &mut view);
+        let half = (0.5 * camera.vfov).tan();
+        let pixel = 2.0 * half / h as f64;
+        let eye = Eye { view, half, size: [w, h, n], pixel, camera: camera.clone() };
+        let mut pixels = vec![Shown::default(); w * h];
+        let sighted = Sighted { renderer: self, gathered, eye: &eye };
+        gathered.light(&sighted, progress, |rows, lit| {
+            self.show(&eye, rows, lit, &mut pixels, &map);
+        })?;
+        let errors = |of: fn(&Shown) -> [f32; 2]| {
+            let share = |p: &Shown| {
+                let [error, light] = of(p);
+                if light > 0.0 { error / light } else { 0.0 }
+            };
+            pixels.iter().map(share).collect()
+        };
+        let errors = PixelErrors {
+            width: w,
+            height: h,
+            relative: errors(|p| [p.error[0], p.luminance]),
+            of_solution: errors(|p| [p.error[1], p.luminance]),
+        };
+        let pixels = pixels.into_iter().map(|p| p.value).collect();
+        Ok((Picture { width: w, height: h, pixels }, errors))
+    }
+
+    /// Shows rows of pixels.
     fn show(
         &self,
         eye: &Eye,
-        rows: std::ops::Range<usize>,
-        (spots, first, light): (&Spots, usize, &[Light]),
+        rows: Range<usize>,
+        lit: &Lit<'_>,
         pixels: &mut [Shown],
         map: &(impl Fn(&Sight) -> [f32; 3] + Sync),
     ) {
@@ -294,23 +195,18 @@ impl Renderer<'_> {
                 draw(&self.occluders, &eye.view, &face, buffer);
                 let mut samples = self.samples(&eye.view, &face, buffer);
                 for (at, value) in pixels.iter_mut().enumerate() {
-                    let pixel = first + band * BAND * w + at;
                     let (x, y) = (at % w * n, at / w * n);
-                    let of_sample = &spots.of_sample[pixel * all..][..all];
                     // The last one of plain material: many samples of a pixel show the same.
                     let mut last: Option<((Looks, u8), Shown)> = None;
                     let mut shown = |i: usize, j: usize| {
-                        let k = of_sample[j * n + i];
+                        let (k, light) = lit.of(band * BAND * w + at, j * n + i);
                         let looks = self.looks(samples.item(x + i, y + j)).map(|looks| (looks, k));
                         if let Some((last, shown)) = last
                             && looks == Some(last)
                         {
                             return shown;
                         }
-                        let light = match k {
-                            NONE => Light::default(),
-                            k => light[spots.first[pixel] as usize + usize::from(k)],
-                        };
+                        let light = light.copied().unwrap_or_default();
                         let sight = match samples.point(x + i, y + j) {
                             Some(p) => self.sight(p, light.irradiance),
                             None => Sight { radiance: scene.sky, ..Sight::DARK },

@@ -10,11 +10,12 @@ use rayon::prelude::*;
 use super::camera::{check, frame_of};
 use super::known::PixelErrors;
 use super::picture::{Picture, PictureOptions, RenderError};
+use super::raster::Gathered;
 
-use crate::gather::{Calm, Gatherer, Surfaces};
+use crate::gather::{Gatherer, Surfaces};
 use crate::patches::SurfacePoint;
 use crate::progress::{Cancelled, Progress, Silent};
-use crate::reconstruct::{Field, Normals};
+use crate::reconstruct::Field;
 use crate::scene::{Camera, Rgb, Scene, Side, luminance};
 use crate::simd::multiversion;
 use crate::visibility::{Edges, Face, ItemBuffer, NOTHING, Occluders, View};
@@ -77,13 +78,6 @@ enum Light<'a> {
     Gathered(Box<Gathered<'a>>),
 }
 
-/// Light that is gathered, along smooth normals.
-pub(super) struct Gathered<'a> {
-    pub gatherer: &'a Gatherer<'a>,
-    pub calm: Calm<'a>,
-    pub normals: Normals,
-}
-
 /// Rows of pixels that are drawn at once.
 const BAND: usize = 8;
 
@@ -98,8 +92,8 @@ impl<'a> Renderer<'a> {
     /// surfaces reflect from where it lands.
     #[must_use]
     pub fn gathering(scene: &'a Scene, field: &'a Field<'a>, gatherer: &'a Gatherer<'a>) -> Self {
-        let (calm, normals) = (gatherer.calm(), field.normals(&scene.geometry));
-        Self::by(scene, field, Light::Gathered(Box::new(Gathered { gatherer, calm, normals })))
+        let gathered = Gathered::new(scene, field, gatherer);
+        Self::by(scene, field, Light::Gathered(Box::new(gathered)))
     }
 
     fn by(scene: &'a Scene, field: &'a Field<'a>, light: Light<'a>) -> Self {

@@ -14,7 +14,7 @@ use crate::scene::{Rgb, Scene, luminance};
 
 /// What some samples of a pixel see of a surface.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Spot {
+pub(crate) struct Spot {
     /// Metres.
     pub point: DVec3,
     /// Unit normal.
@@ -34,11 +34,11 @@ pub(super) struct Spot {
 }
 
 /// Number of a sample that has no spot.
-pub(super) const NONE: u8 = u8::MAX;
+pub(crate) const NONE: u8 = u8::MAX;
 
 /// The spots of a rectangle of pixels.
 #[derive(Debug, Default)]
-pub(super) struct Spots {
+pub(crate) struct Spots {
     pub spots: Vec<Spot>,
     /// First spot of each pixel, and the end.
     pub first: Vec<u32>,
@@ -48,7 +48,7 @@ pub(super) struct Spots {
 
 /// A sample: where it meets a surface.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Sample {
+pub(crate) struct Sample {
     pub at: SurfacePoint,
     pub position: DVec3,
     pub face: DVec3,
@@ -83,7 +83,7 @@ impl Sample {
 
 /// What a pixel sees.
 #[derive(Debug, Clone)]
-pub(super) enum Seen {
+pub(crate) enum Seen {
     Nothing,
     /// One triangle: what stands for it, and places (m) at the corners of the pixel.
     One(Sample, [DVec3; 4]),
@@ -114,6 +114,7 @@ impl Place {
 pub(super) struct Gathering<'a> {
     gatherer: &'a Gatherer<'a>,
     calm: &'a Calm<'a>,
+    lamps: bool,
     /// Rays of a first look, and of each further one.
     tables: &'a [Table],
     buffers: Buffers,
@@ -150,7 +151,7 @@ pub(super) fn looks(noise: f64) -> impl Iterator<Item = usize> {
 
 /// What arrives at a spot.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Light {
+pub(crate) struct Light {
     /// W/m² or lx.
     pub irradiance: Rgb,
     /// Variance of its luminance: all, and what is the solution's.
@@ -158,10 +159,17 @@ pub(super) struct Light {
 }
 
 impl<'a> Gathering<'a> {
-    pub fn new(gatherer: &'a Gatherer<'a>, calm: &'a Calm<'a>, tables: &'a [Table]) -> Self {
+    /// `lamps`: whether lamps without extent light surfaces straight.
+    pub fn new(
+        gatherer: &'a Gatherer<'a>,
+        calm: &'a Calm<'a>,
+        lamps: bool,
+        tables: &'a [Table],
+    ) -> Self {
         Self {
             gatherer,
             calm,
+            lamps,
             tables,
             buffers: Buffers::default(),
             receiving: Vec::new(),
@@ -172,12 +180,13 @@ impl<'a> Gathering<'a> {
         }
     }
 
-    /// Sorts the samples of a pixel into spots, seen from `eye` at `width` m a pixel; `seed` tells
-    /// pixels apart. A pixel that does not lead may do with what those beside it gather.
-    pub fn pixel(
+    /// Sorts the samples of a cell into spots; `width` is that of a cell where a sample is, m, and
+    /// `facing` the cosine at which it is seen; `seed` tells cells apart. A cell that does not lead
+    /// may do with what those beside it gather.
+    pub fn cell(
         &mut self,
         seen: &Seen,
-        (eye, width): (DVec3, impl Fn(&Sample) -> f64),
+        (width, facing): (impl Fn(&Sample) -> f64, impl Fn(&Sample) -> f64),
         (seed, leads): (u64, bool),
         of_sample: &mut [u8],
         spots: &mut Vec<Spot>,
@@ -187,7 +196,12 @@ impl<'a> Gathering<'a> {
             Seen::Nothing => return,
             Seen::One(sample, corners) => {
                 of_sample.fill(0);
-                let spot = self.spot(sample, Place::Square(*corners), (eye, width(sample)), seed);
+                let spot = self.spot(
+                    sample,
+                    Place::Square(*corners),
+                    (width(sample), facing(sample)),
+                    seed,
+                );
                 spots.push(spot);
                 self.leads.push(leads);
                 return;
@@ -218,13 +232,13 @@ impl<'a> Gathering<'a> {
                 })
                 .unwrap_or(&lead);
             let seed = seed << 5 | k as u64;
-            spots.push(self.spot(s, Place::Each(places), (eye, width(s)), seed));
+            spots.push(self.spot(s, Place::Each(places), (width(s), facing(s)), seed));
             self.leads.push(true);
         }
     }
 
     /// A spot that a sample stands for.
-    fn spot(&mut self, s: &Sample, place: Place, (eye, width): (DVec3, f64), seed: u64) -> Spot {
+    fn spot(&mut self, s: &Sample, place: Place, (width, facing): (f64, f64), seed: u64) -> Spot {
         self.receiving.push(Receiving {
             point: s.position + s.face * s.above,
             face: s.face,
@@ -242,7 +256,7 @@ impl<'a> Gathering<'a> {
             reach: f64::INFINITY,
             calm: self.calm.at(s.at),
             width,
-            facing: s.face.dot((eye - s.position).normalize_or_zero()).abs(),
+            facing,
         }
     }
 
@@ -253,7 +267,8 @@ impl<'a> Gathering<'a> {
         let (receiving, places) = (&self.receiving, &self.places);
         let positions: Vec<DVec3> = spots.iter().map(|s| s.point).collect();
         let spread = |i: usize, u: DVec2| places[i].at(u) + (receiving[i].point - positions[i]);
-        self.gatherer.direct(receiving, spread, &mut self.buffers, &mut self.direct);
+        let (buffers, found) = (&mut self.buffers, &mut self.direct);
+        self.gatherer.direct(receiving, spread, self.lamps, buffers, found);
         for (spot, direct) in spots.iter_mut().zip(&self.direct) {
             spot.direct = *direct;
         }
