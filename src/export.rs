@@ -1,6 +1,8 @@
 //! Results in files, one format a file; a file is complete or absent.
 
 mod csv;
+mod exr;
+mod glb;
 mod mtx;
 mod npy;
 mod npz;
@@ -17,6 +19,8 @@ use thiserror::Error;
 use crate::progress::Cancelled;
 
 pub use csv::{write_csv, write_csv_file, write_surfaces};
+pub use exr::write_exr;
+pub use glb::{BakeMode, Baked, write_glb};
 pub use mtx::write_mtx;
 pub use npy::write_npy;
 pub use npz::read::{ReadError, read_npz};

@@ -92,6 +92,7 @@ pub mod matrix;
 pub mod gather;
 pub mod render;
 pub mod tone;
+pub mod bake;
 pub mod export;
 pub mod lit_scene;
 

@@ -34,6 +34,7 @@ mod warning;
 pub use adaptive::SplitCells;
 pub use cell::Cell;
 pub use clustered::{MAX_ANGLE, MAX_DIAMETER};
+pub(crate) use contact::ContactLines;
 pub use mesh::Patches;
 pub use point::{PatchId, SurfacePoint, at_barycentric, side_index};
 pub(crate) use split::level_for;

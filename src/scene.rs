@@ -26,6 +26,7 @@ mod lines;
 mod model;
 mod obj;
 pub mod optics;
+pub(crate) mod original;
 pub mod photometry;
 pub(crate) mod planes;
 mod ply;

@@ -16,7 +16,7 @@ pub use factors::{FaceSides, Factors, GroupArg, with_group};
 pub use light::{ClusterArg, DeviceArg, DrawChoice, EngineArg, Light, SolverChoice};
 pub use values::{MOST_RADIANCE, size, vector};
 use values::{
-    direction, emission, exposure, lamp, photometry, point_rays, reflectance, sun, threads,
+    direction, emission, exposure, lamp, length, photometry, point_rays, reflectance, sun, threads,
 };
 
 /// Reads the command line; ends the program where it says what is wrong or shows help.
@@ -47,6 +47,9 @@ pub enum Command {
     /// Light a scene and make its picture
     #[command(after_long_help = RENDER_EXAMPLES)]
     Render(Box<Render>),
+    /// Write the model with its light baked into it, as binary glTF
+    #[command(after_long_help = BAKE_EXAMPLES)]
+    Bake(Box<Bake>),
     /// Measure irradiance at points or on a work plane, as CSV
     #[command(after_long_help = PROBE_EXAMPLES)]
     Probe(Box<Probe>),
@@ -70,6 +73,15 @@ const RENDER_EXAMPLES: &str = "Examples:
   hemicube render hall.glb --ies pendant=pendant.ies
   hemicube render hall.glb --error 1% -v
   hemicube render statue.glb --sky 1,1,1.2 --exposure -1 --tone linear --report run.json";
+
+const BAKE_EXAMPLES: &str = "Examples:
+  hemicube bake house.glb -o house-lit.glb
+  hemicube bake room --mode vertex -o room.glb
+  hemicube bake house.glb --mode lightmap --texel 0.05 -o house-lit.glb
+
+unlit: what is seen, in one texture (KHR_materials_unlit). vertex: radiance as COLOR_0 times the
+scale in extras. lightmap: irradiance as MOZ_lightmap beside all materials; the same as floats in
+FILE.exr (E / pi), and where each node lies in it in FILE.json.";
 
 const PROBE_EXAMPLES: &str = "Examples:
   hemicube probe cornell-box --points points.csv -o out.csv
@@ -271,16 +283,12 @@ pub enum SidesArg {
     Two,
 }
 
-/// `hemicube render`.
+/// A scene, its light, and how it is looked at.
 #[derive(Debug, Args)]
-pub struct Render {
+pub struct Look {
     /// Which scene.
     #[command(flatten)]
     pub input: Input,
-
-    /// The picture [default: the scene's name with .png]
-    #[arg(short, long, value_name = "FILE")]
-    pub output: Option<PathBuf>,
 
     /// One of the scene's cameras [default: its first]
     #[arg(long, value_name = "NAME", conflicts_with = "eye")]
@@ -313,10 +321,6 @@ pub struct Render {
     #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
     pub vfov: Option<f64>,
 
-    /// Pixels of the picture [default: 720 high]
-    #[arg(long, value_name = "WxH", value_parser = size)]
-    pub size: Option<(usize, usize)>,
-
     /// auto, or stops: radiance is multiplied by 2^EV
     #[arg(
         long, value_name = "auto|EV", default_value = "auto", value_parser = exposure,
@@ -328,6 +332,22 @@ pub struct Render {
     #[arg(long, value_enum, default_value_t = ToneChoice::Agx, hide_short_help = true)]
     pub tone: ToneChoice,
 
+    /// How it is lit.
+    #[command(flatten)]
+    pub light: Light,
+}
+
+/// `hemicube render`.
+#[derive(Debug, Args)]
+pub struct Render {
+    /// The picture [default: the scene's name with .png]
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+
+    /// Pixels of the picture [default: 720 high]
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    pub size: Option<(usize, usize)>,
+
     /// Show the light of patches alone: a quicker picture whose shadows are as fine as patches
     #[arg(long, conflicts_with = "error_map")]
     pub draft: bool,
@@ -336,9 +356,44 @@ pub struct Render {
     #[arg(long, value_name = "FILE.png")]
     pub error_map: Option<PathBuf>,
 
-    /// How it is lit.
+    /// Of what.
     #[command(flatten)]
-    pub light: Light,
+    pub look: Look,
+}
+
+/// `hemicube bake`.
+#[derive(Debug, Args)]
+pub struct Bake {
+    /// The model with its light (.glb) [default: the scene's name with -baked.glb]
+    #[arg(short, long, value_name = "FILE.glb")]
+    pub output: Option<PathBuf>,
+
+    /// How the model carries its light
+    #[arg(long, value_enum, default_value_t = ModeArg::Unlit)]
+    pub mode: ModeArg,
+
+    /// Width of a texel on surfaces, in metres [default: one of about 260000 texels in all]
+    #[arg(long, value_name = "SIZE", value_parser = length)]
+    pub texel: Option<f64>,
+
+    /// lightmap: also the direct light of lamps, which are left out then
+    #[arg(long)]
+    pub direct: bool,
+
+    /// Of what.
+    #[command(flatten)]
+    pub look: Look,
+}
+
+/// `--mode`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ModeArg {
+    /// One texture that shows what `render` shows
+    Unlit,
+    /// Colours of vertices, on a mesh that is fine where light changes
+    Vertex,
+    /// Irradiance in a second set of texture coordinates; materials stay
+    Lightmap,
 }
 
 /// `hemicube probe`.

@@ -5,7 +5,7 @@ use hemicube::scene::{Scene, Side, TriangleId};
 use hemicube::staging::{Kind, Model, Pendant};
 use hemicube::units::significant;
 
-use crate::args::{Render, StageArg};
+use crate::args::{Look, StageArg};
 use crate::failure::Failure;
 use crate::input::{material_names, nothing_to_see};
 
@@ -16,7 +16,7 @@ const TURNED: f64 = 0.1;
 const BACKS: f64 = 0.5;
 
 /// What to do about a closed room without light, with all flags that it takes to see it lit.
-pub fn closed(scene: &Scene, args: &Render, eye: DVec3) -> Failure {
+pub fn closed(scene: &Scene, args: &Look, eye: DVec3) -> Failure {
     let Some(model) = Model::of(scene) else { return nothing_to_see(scene) };
     let lamp = model.pendant(eye);
     let turn = match (lamp.lit < BACKS, lamp.fronts < TURNED) {

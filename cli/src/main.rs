@@ -1,6 +1,7 @@
 //! The program `hemicube`: radiosity pictures of 3-D scenes.
 
 mod args;
+mod bake;
 mod dark;
 mod doubts;
 mod factors;
@@ -41,6 +42,7 @@ fn run(arguments: &Arguments) -> Result<(), Failure> {
     terminal::catch_file_limit();
     match &arguments.command {
         Command::Render(r) => render::run(r),
+        Command::Bake(b) => bake::run(b),
         Command::Probe(p) => probe::run(p),
         Command::Factors(f) => factors::run(f),
         Command::Info(i) => info::run(i),

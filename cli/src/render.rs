@@ -50,20 +50,20 @@ const FULL: f64 = 0.1;
 /// Runs the command.
 pub fn run(args: &Render) -> Result<(), Failure> {
     catch_interrupts();
-    set_threads(args.light.run.threads)?;
-    if args.light.factors.is_some() && args.light.seed.is_some() {
+    set_threads(args.look.light.run.threads)?;
+    if args.look.light.factors.is_some() && args.look.light.seed.is_some() {
         return Err(Failure::input("--seed is not used with --factors; leave it out"));
     }
-    let mut scene = input::read(&args.input)?;
+    let mut scene = input::read(&args.look.input)?;
     let output = output_of(&scene, args)?;
-    input::say_findings(&scene, args.light.run.quiet);
+    input::say_findings(&scene, args.look.light.run.quiet);
     let aspect = args.size.map(|(w, h)| w.max(1) as f64 / h.max(1) as f64);
-    let Setup { camera, exposure } = prepare(&mut scene, args, aspect)?;
+    let Setup { camera, exposure } = prepare(&mut scene, &args.look, aspect)?;
     let usual = View::through(camera.clone()).picture;
     let (width, height) = args.size.unwrap_or((usual.width, usual.height));
     check(&camera, width, height).map_err(picture_failure)?;
-    let bar = Bar::new(args.light.run.quiet);
-    let mut light = args.light.clone();
+    let bar = Bar::new(args.look.light.run.quiet);
+    let mut light = args.look.light.clone();
     if args.draft && light.engine() == EngineArg::Rays && light.factors.is_none() {
         light.samples = light.samples.or(light.error.is_none().then_some(DRAFT_SAMPLES));
     }
@@ -82,20 +82,16 @@ pub fn run(args: &Render) -> Result<(), Failure> {
     let start = Instant::now();
     let view = View {
         picture: PictureOptions { width, height, ..PictureOptions::default() },
-        exposure: match args.exposure {
+        exposure: match args.look.exposure {
             Exposure::Auto => exposure,
             Exposure::Stops(stops) => Some(stops),
         },
-        tone: match args.tone {
-            ToneChoice::Agx => Tone::Agx,
-            ToneChoice::Reinhard => Tone::Reinhard,
-            ToneChoice::Linear => Tone::Linear,
-        },
+        tone: tone_of(args.look.tone),
         ..View::through(camera)
     };
     let bvh = (!args.draft).then(|| Bvh::new(&scene.geometry));
-    let usual = GatherOptions::of_pictures(args.light.seed.unwrap_or_default());
-    let options = GatherOptions { error: args.light.error_of_light(), ..usual };
+    let usual = GatherOptions::of_pictures(args.look.light.seed.unwrap_or_default());
+    let options = GatherOptions { error: args.look.light.error_of_light(), ..usual };
     let gatherer = bvh.as_ref().map(|b| Gatherer::new(&scene, &solution, &field, b, options));
     let renderer = match &gatherer {
         Some(gatherer) => Renderer::gathering(&scene, &field, gatherer),
@@ -109,9 +105,9 @@ pub fn run(args: &Render) -> Result<(), Failure> {
     picture.save(&output).map_err(Failure::failed)?;
     let known = errors.as_ref().map(|e| e.below(MOST_OF_A_PICTURE));
     if let Some((path, errors)) = args.error_map.as_ref().zip(errors.as_ref()) {
-        let full = args.light.error_of_light().map_or(FULL, |e| 2.0 * e);
+        let full = args.look.light.error_of_light().map_or(FULL, |e| 2.0 * e);
         errors.picture(full).save(path).map_err(Failure::failed)?;
-        if !args.light.run.quiet {
+        if !args.look.light.run.quiet {
             say(&format!(
                 "{}: black 0 %, red {:.2} %, yellow {:.2} %, white {:.2} % or more of what is \
                  seen: half-widths of 95 % intervals",
@@ -123,20 +119,20 @@ pub fn run(args: &Render) -> Result<(), Failure> {
         }
     }
     let picture_seconds = start.elapsed().as_secs_f64();
-    if !args.light.run.quiet && args.exposure == Exposure::Auto {
+    if !args.look.light.run.quiet && args.look.exposure == Exposure::Auto {
         say(&format!("exposure: --exposure {stops:.2}"));
     }
-    if !args.light.run.quiet {
+    if !args.look.light.run.quiet {
         let taken = Taken {
-            stops: (args.exposure == Exposure::Auto).then_some(stops),
+            stops: (args.look.exposure == Exposure::Auto).then_some(stops),
             sunlit: scene.lamps.iter().any(|l| matches!(l, Lamp::Directional { .. })),
-            stage_off: args.stage == StageArg::Off,
-            flipped: args.input.model.flip,
+            stage_off: args.look.stage == StageArg::Off,
+            flipped: args.look.input.model.flip,
         };
         let lamp = || lamp_before(&scene, view.camera.eye);
         let doubts = doubts::of_picture(&shares, &taken, &lamp).into_iter();
         let of_error = match known {
-            Some(known) => doubts::of_pixels(known, args.light.error_of_light()),
+            Some(known) => doubts::of_pixels(known, args.look.light.error_of_light()),
             None => doubts::of_error(&error, solution.halves.is_some()),
         };
         let of_balance = doubts::of_balance(&solution.report);
@@ -149,7 +145,7 @@ pub fn run(args: &Render) -> Result<(), Failure> {
         known.map(|[total, of_solution]| PictureError { total, of_solution });
     solution.report.stages.push(Stage { name: "reconstruct", seconds });
     solution.report.stages.push(Stage { name: "picture", seconds: picture_seconds });
-    if args.light.run.verbose {
+    if args.look.light.run.verbose {
         say_details(&solution.report);
         if let Some([all, of_solution]) = known {
             say(&format!(
@@ -160,9 +156,18 @@ pub fn run(args: &Render) -> Result<(), Failure> {
             ));
         }
     }
-    write_report(&mut solution.report, &args.light)?;
+    write_report(&mut solution.report, &args.look.light)?;
     print(&output.display().to_string());
     Ok(())
+}
+
+/// The tone curve asked for.
+pub fn tone_of(choice: ToneChoice) -> Tone {
+    match choice {
+        ToneChoice::Agx => Tone::Agx,
+        ToneChoice::Reinhard => Tone::Reinhard,
+        ToneChoice::Linear => Tone::Linear,
+    }
 }
 
 /// Works on so many threads; 0: one a core.
@@ -179,9 +184,9 @@ fn output_of(scene: &Scene, args: &Render) -> Result<PathBuf, Failure> {
     if let Some(map) = map.filter(|m| !is_png(m)) {
         return Err(Failure::Input(format!("{}: maps are written as .png", map.display())));
     }
-    let report = args.light.run.report.as_ref();
+    let report = args.look.light.run.report.as_ref();
     let files = [("-o", Some(&path)), ("--error-map", map), ("--report", report)];
-    outputs::check(&files, inputs(scene, &args.input, &args.light))?;
+    outputs::check(&files, inputs(scene, &args.look.input, &args.look.light))?;
     Ok(path)
 }
 

@@ -5,7 +5,7 @@ use hemicube::scene::{Camera, Scene};
 use hemicube::staging::{Kind, Lens, Model, Stage, viewpoint};
 use hemicube::visibility::{Occluders, Surroundings, solid_angle_fraction};
 
-use crate::args::{EngineArg, KindArg, Render, StageArg};
+use crate::args::{EngineArg, KindArg, Look, StageArg};
 use crate::dark::{closed, coordinates};
 use crate::failure::Failure;
 use crate::input::nothing_to_see;
@@ -21,7 +21,7 @@ pub struct Setup {
 
 /// Chooses the camera of a picture of that width over height, or of any, and lights the scene if
 /// nothing does.
-pub fn prepare(scene: &mut Scene, args: &Render, aspect: Option<f64>) -> Result<Setup, Failure> {
+pub fn prepare(scene: &mut Scene, args: &Look, aspect: Option<f64>) -> Result<Setup, Failure> {
     let known = known_camera(scene, args)?;
     let authored = scene.optics.emits() && !scene.cameras.is_empty();
     let lit = !scene.lamps.is_empty() || args.input.sky.is_some() || authored;
@@ -79,14 +79,14 @@ pub fn prepare(scene: &mut Scene, args: &Render, aspect: Option<f64>) -> Result<
     Ok(Setup { camera, exposure: stage.exposure() })
 }
 
-fn tell(args: &Render, text: &str) {
+fn tell(args: &Look, text: &str) {
     if !args.light.run.quiet {
         say(text);
     }
 }
 
 /// The camera asked for, or the scene's first.
-fn known_camera(scene: &Scene, args: &Render) -> Result<Option<Camera>, Failure> {
+fn known_camera(scene: &Scene, args: &Look) -> Result<Option<Camera>, Failure> {
     if let (Some(eye), Some(target)) = (args.eye, args.target) {
         return Ok(Some(Camera {
             name: String::from("command line"),
@@ -107,7 +107,7 @@ fn known_camera(scene: &Scene, args: &Render) -> Result<Option<Camera>, Failure>
 }
 
 /// The camera as `--up` and `--vfov` turn it.
-fn turned(mut camera: Camera, scene: &Scene, args: &Render) -> Camera {
+fn turned(mut camera: Camera, scene: &Scene, args: &Look) -> Camera {
     if args.input.model.up.is_some() {
         camera.up = scene.up;
     }
@@ -117,7 +117,7 @@ fn turned(mut camera: Camera, scene: &Scene, args: &Render) -> Camera {
     camera
 }
 
-fn chosen(model: &Model<'_>, kind: Kind, aspect: Option<f64>, args: &Render) -> Camera {
+fn chosen(model: &Model<'_>, kind: Kind, aspect: Option<f64>, args: &Look) -> Camera {
     let lens = Lens { aspect, vfov: args.vfov.map(f64::to_radians) };
     let view = viewpoint(model, kind, &lens);
     let digits = |v| coordinates(v, model.size());
@@ -135,7 +135,7 @@ fn chosen(model: &Model<'_>, kind: Kind, aspect: Option<f64>, args: &Render) -> 
 }
 
 /// Lights a scene that has no light and gets no stage: by a uniform sky, unless it is closed.
-fn without_stage(scene: &mut Scene, args: &Render, camera: Camera) -> Result<Setup, Failure> {
+fn without_stage(scene: &mut Scene, args: &Look, camera: Camera) -> Result<Setup, Failure> {
     let setup = Setup { camera, exposure: None };
     if scene.optics.emits() || !scene.lamps.is_empty() || scene.sky != DVec3::ZERO {
         return Ok(setup);

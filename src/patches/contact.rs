@@ -18,7 +18,7 @@ use crate::scene::{Geometry, TriangleId};
 
 /// The contact lines of all sides.
 #[derive(Debug, Clone, Default)]
-pub(super) struct ContactLines {
+pub(crate) struct ContactLines {
     starts: Vec<u32>,
     lines: Vec<Line>,
     /// For each side the edges that something stands on: bit k for that from corner k to the next.
@@ -63,8 +63,14 @@ impl ContactLines {
         self.starts[side] < self.starts[side + 1]
     }
 
+    /// Both ends of each line on one side, in the coordinates `uv` of the source triangle.
+    pub fn on(&self, side: usize) -> impl ExactSizeIterator<Item = [DVec2; 2]> + '_ {
+        let range = self.starts[side] as usize..self.starts[side + 1] as usize;
+        self.lines[range].iter().map(|line| [line.from, line.to])
+    }
+
     /// Whether `test` holds for any line on one side that may come within a box.
-    pub fn any(
+    pub(super) fn any(
         &self,
         side: usize,
         [low, high]: [DVec2; 2],
@@ -79,7 +85,12 @@ impl ContactLines {
     }
 
     /// The lines on one side for which `test` holds, of those that may come within a box.
-    pub fn all(&self, side: usize, within: [DVec2; 2], test: impl Fn(&Line) -> bool) -> Vec<Line> {
+    pub(super) fn all(
+        &self,
+        side: usize,
+        within: [DVec2; 2],
+        test: impl Fn(&Line) -> bool,
+    ) -> Vec<Line> {
         let mut found = Vec::new();
         self.any(side, within, |line| {
             found.extend(test(line).then_some(*line));

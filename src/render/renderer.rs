@@ -100,6 +100,23 @@ impl<'a> Renderer<'a> {
         Self { scene, field, occluders: Occluders::new(&scene.geometry), light }
     }
 
+    /// The light that it gathers; a draft gathers none.
+    pub(crate) fn gathered_light(&self) -> Option<&Gathered<'a>> {
+        match &self.light {
+            Light::Field(_) => None,
+            Light::Gathered(gathered) => Some(gathered),
+        }
+    }
+
+    /// The same without what lamps without extent send straight.
+    #[must_use]
+    pub fn without_lamps(mut self) -> Self {
+        if let Light::Gathered(gathered) = &mut self.light {
+            gathered.lamps = false;
+        }
+        self
+    }
+
     fn surfaces(&self) -> &Surfaces {
         match &self.light {
             Light::Field(surfaces) => surfaces,
@@ -224,7 +241,7 @@ impl<'a> Renderer<'a> {
     }
 
     /// What a sample shows whose surface receives an irradiance (W/m² or lx).
-    pub(super) fn sight(&self, p: SurfacePoint, irradiance: Rgb) -> Sight {
+    pub(crate) fn sight(&self, p: SurfacePoint, irradiance: Rgb) -> Sight {
         let geometry = &self.scene.geometry;
         let staged = |seen| if geometry.is_whole(p.triangle) { Seen::Stage } else { seen };
         if !geometry.exchanges(p.triangle, p.side) {

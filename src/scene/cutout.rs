@@ -261,6 +261,7 @@ fn replace(scene: &mut Scene, cuts: &HashMap<usize, Pieces>) {
                 (own.unwrap_or_else(new), uv[0] * w.x + uv[1] * w.y + uv[2] * w.z)
             })
             .collect();
+        g.cut_faces.insert(t as u32, vertex);
         for piece in &pieces.triangles {
             triangles.push(piece.map(|c| corners[c].0));
             uvs.push(piece.map(|c| corners[c].1));

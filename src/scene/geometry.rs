@@ -1,5 +1,7 @@
 //! Source triangles: where surfaces are, which way they face, and nothing about materials.
 
+use std::collections::BTreeMap;
+
 use glam::DVec3;
 
 /// Index of a source triangle; file order, for ever.
@@ -91,6 +93,8 @@ pub struct Geometry {
     pub surfaces: Vec<Surface>,
     /// Number of the file's triangle that each is a piece of, ascending; empty if none is cut.
     pub face_of: Vec<u32>,
+    /// Vertex indices of the file's triangles that are cut, by their numbers.
+    pub cut_faces: BTreeMap<u32, [u32; 3]>,
     /// Triangles from this one on are patches as they are, neither split nor joined: their mesh was
     /// made for light.
     pub whole_from: Option<TriangleId>,

@@ -13,6 +13,7 @@ mod material;
 mod material_tests;
 mod mesh;
 mod node;
+mod original;
 #[cfg(test)]
 mod tests;
 mod uri;
@@ -21,6 +22,7 @@ use super::Severity;
 use super::builder::SceneBuilder;
 use super::source::{ImportError, Source};
 use document::Document;
+pub(super) use original::of_file;
 
 /// Reads a glTF file and the buffers and images that it names.
 pub(super) fn read(source: &Source<'_>, builder: &mut SceneBuilder) -> Result<(), ImportError> {

@@ -23,8 +23,8 @@ const TYPES = { '.html': 'text/html', '.mjs': 'text/javascript', '.js': 'text/ja
 function serve(folder) {
   const roots = { three: join(HERE, 'node_modules/three'), models: folder };
   const server = createServer(async (request, response) => {
-    const [root, ...path] = decodeURIComponent(request.url).slice(1).split('/');
     try {
+      const [root, ...path] = decodeURIComponent(request.url).slice(1).split('/');
       const file = path.length ? join(roots[root], ...path) : join(HERE, root);
       const content = await readFile(file);
       response.setHeader('content-type', TYPES[extname(file)] ?? 'application/octet-stream').end(content);
@@ -64,7 +64,7 @@ async function show(browser, address, name, sample) {
     await page.goto(`${address}/page.html`);
     shown = await page.evaluate(([url, wanted]) => window.look(url, wanted), [`/models/${encodeURIComponent(name)}.glb`, sample]);
   } catch (error) {
-    faults.push(`page: ${error.message}`);
+    faults.push(error.message.split('\n')[0]);
   }
   await page.close();
   return [shown, faults];

@@ -115,6 +115,14 @@ pub fn reflectance(text: &str) -> Result<f64, String> {
     }
 }
 
+/// A length in metres.
+pub fn length(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(length) if length.is_finite() && length > 0.0 => Ok(length),
+        _ => Err(format!("'{text}' is not a length in metres above 0")),
+    }
+}
+
 /// Two whole numbers with an x between.
 pub fn size(text: &str) -> Result<(usize, usize), String> {
     let wrong = || format!("'{text}' is not a size; write it like 800x600");

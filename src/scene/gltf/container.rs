@@ -28,7 +28,7 @@ pub fn open<'a>(source: &'a Source<'a>) -> Result<Document<'a>, ImportError> {
         ));
     }
     let buffers = buffers(source, &root, chunk)?;
-    Ok(Document { source, root, buffers })
+    Ok(Document { source, text, root, buffers })
 }
 
 /// What to do about a file of the first version.

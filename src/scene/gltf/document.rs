@@ -10,6 +10,8 @@ use crate::scene::source::{EXPORT_AGAIN, ImportError, Place, Source};
 /// An opened document: the JSON root and the bytes of its buffers.
 pub struct Document<'a> {
     pub source: &'a Source<'a>,
+    /// The JSON.
+    pub text: &'a [u8],
     pub root: json::Root,
     /// `None` where the file names no data (as fallbacks of compressed views may).
     pub buffers: Vec<Option<Bytes<'a>>>,

@@ -253,7 +253,10 @@ impl Materials {
     }
 }
 
-fn image_bytes(document: &Document<'_>, image: Option<&json::Image>) -> Result<Arc<[u8]>, String> {
+pub(super) fn image_bytes(
+    document: &Document<'_>,
+    image: Option<&json::Image>,
+) -> Result<Arc<[u8]>, String> {
     match image {
         Some(json::Image { uri: Some(name), .. }) => uri::read(document.source, name),
         Some(json::Image { buffer_view: Some(view), .. }) => {

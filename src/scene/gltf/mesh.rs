@@ -182,7 +182,7 @@ fn name_doubts(primitive: &Primitive, untextured: bool, place: &str, builder: &m
 }
 
 /// Vertex triples, counter-clockwise; incomplete ones at the end are left out.
-fn triangles(mode: Mode, indices: &[u32]) -> Vec<[u32; 3]> {
+pub fn triangles(mode: Mode, indices: &[u32]) -> Vec<[u32; 3]> {
     match mode {
         Mode::TriangleStrip => indices
             .windows(3)

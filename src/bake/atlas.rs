@@ -1,0 +1,193 @@
+//! The atlas: all charts in one raster of texels, and what each texel stands for.
+
+use std::ops::Range;
+
+use glam::{DVec2, DVec3};
+
+use super::charts::{Chart, Piece, charts, pieces};
+use super::pack::{GUTTER, pack};
+use super::{BakeError, MOST_TEXELS};
+use crate::patches::SurfacePoint;
+use crate::progress::Progress;
+use crate::render::raster::{BAND, Gathered, Raster};
+use crate::render::spots::{Sample, Seen};
+use crate::scene::{Scene, Side, TriangleId};
+use crate::visibility::ItemBuffer;
+
+/// Samples along a side of a texel.
+const N: usize = 4;
+
+/// Widest chart, in texels.
+const WIDEST: f64 = 2048.0;
+
+/// Where each piece of surface lies in a raster of texels. The outermost corners of a chart lie on
+/// centres of texels, so that what is read between texels is never from beyond it.
+#[derive(Debug)]
+pub(crate) struct Atlas {
+    /// Texels across and down.
+    pub size: [usize; 2],
+    /// Width of a texel on surfaces, m.
+    pub texel: f64,
+    /// All sides that exchange light, in pieces.
+    pub pieces: Vec<Piece>,
+    /// Corner and size of each chart's rectangle, gutters left out; the last is dark.
+    pub charts: Vec<[[usize; 2]; 2]>,
+    /// The pieces that may have texels in each band of rows.
+    in_band: Vec<Vec<u32>>,
+}
+
+impl Atlas {
+    /// Lays out all surfaces that light may reach, by texels of that width (m).
+    pub fn new(
+        scene: &Scene,
+        texel: f64,
+        is_lit: impl Fn(TriangleId, Side) -> bool,
+        progress: &dyn Progress,
+    ) -> Result<Self, BakeError> {
+        let mut pieces = pieces(&scene.geometry, is_lit, progress)?;
+        let charts = charts(scene, &mut pieces, WIDEST * texel);
+        let steps = |c: &Chart| (c.size / texel).ceil().max(DVec2::ONE);
+        let sizes: Vec<[usize; 2]> =
+            charts.iter().map(|c| steps(c).to_array().map(|n| n as usize + 1)).collect();
+        // A square of darkness for all that light does not reach.
+        let dark = [1, 1];
+        let sizes = [&sizes[..], &[dark]].concat();
+        let (places, size) = pack(&sizes);
+        if size.into_iter().any(|n| n > MOST_TEXELS) {
+            return Err(BakeError::Atlas(size));
+        }
+        let corner = |place: [usize; 2]| DVec2::new(place[0] as f64 + 0.5, place[1] as f64 + 0.5);
+        for (chart, place) in charts.iter().zip(&places) {
+            let scale = steps(chart) / chart.size.max(DVec2::splat(f64::MIN_POSITIVE));
+            for (&p, flat) in chart.pieces.iter().zip(&chart.flat) {
+                pieces[p as usize].texels = flat.map(|q| corner(*place) + q * scale);
+            }
+        }
+        let night = corner(places[charts.len()]);
+        for piece in pieces.iter_mut().filter(|p| p.chart.is_none()) {
+            piece.texels = [night; 3];
+        }
+        let mut in_band = vec![Vec::new(); size[1].div_ceil(BAND)];
+        for (i, piece) in pieces.iter().enumerate().filter(|p| p.1.chart.is_some()) {
+            let y = piece.texels.map(|t| t.y);
+            let low = (y[0].min(y[1]).min(y[2]) as usize).saturating_sub(1) / BAND;
+            let high = (y[0].max(y[1]).max(y[2]) as usize + 1) / BAND;
+            (low..=high.min(in_band.len() - 1)).for_each(|b| in_band[b].push(i as u32));
+        }
+        let charts = places.into_iter().zip(sizes).map(|(place, size)| [place, size]).collect();
+        Ok(Self { size, texel, pieces, charts, in_band })
+    }
+
+    /// Corner and size of a chart's rectangle with the gutter around it.
+    pub fn outer(&self, chart: usize) -> ([usize; 2], [usize; 2]) {
+        let [place, size] = self.charts[chart];
+        (place.map(|p| p - GUTTER), size.map(|s| s + 2 * GUTTER))
+    }
+}
+
+/// An atlas as a raster to be lit.
+pub(super) struct Texels<'a> {
+    pub atlas: &'a Atlas,
+    pub gathered: &'a Gathered<'a>,
+}
+
+impl Raster for Texels<'_> {
+    fn size(&self) -> [usize; 3] {
+        [self.atlas.size[0], self.atlas.size[1], N]
+    }
+
+    fn seen(&self, rows: &Range<usize>, _: &mut ItemBuffer) -> Vec<Seen> {
+        self.samples(rows).iter().map(|samples| self.seen_by(samples)).collect()
+    }
+
+    fn width(&self, _: &Sample) -> f64 {
+        self.atlas.texel
+    }
+
+    fn facing(&self, _: &Sample) -> f64 {
+        1.0
+    }
+}
+
+impl Texels<'_> {
+    /// For each sample of each texel of a band of rows the piece that it lies on, and where.
+    fn samples(&self, rows: &Range<usize>) -> Vec<[Option<(u32, DVec3)>; N * N]> {
+        let w = self.atlas.size[0];
+        let mut found = vec![[None; N * N]; rows.len() * w];
+        for &i in &self.atlas.in_band[rows.start / BAND] {
+            let corners = self.atlas.pieces[i as usize].texels.map(|t| t * N as f64);
+            each_within(corners, [rows.start * N, rows.end * N], w * N, |x, y, l| {
+                let cell: &mut [_; N * N] = &mut found[(y / N - rows.start) * w + x / N];
+                cell[y % N * N + x % N].get_or_insert((i, l));
+            });
+        }
+        found
+    }
+
+    /// The place of each sample of a texel of a band of rows, cell by cell.
+    pub fn places(&self, rows: &Range<usize>) -> Vec<[Option<SurfacePoint>; N * N]> {
+        let at = |(i, l): (u32, DVec3)| self.atlas.pieces[i as usize].point(l);
+        self.samples(rows).iter().map(|cell| cell.map(|s| s.map(at))).collect()
+    }
+
+    /// What a texel stands for whose samples lie on pieces.
+    fn seen_by(&self, samples: &[Option<(u32, DVec3)>]) -> Seen {
+        if samples.iter().all(Option::is_none) {
+            return Seen::Nothing;
+        }
+        let (scene, normals) = (self.gathered.scene, &self.gathered.normals);
+        let at = |&(i, l): &(u32, DVec3)| self.atlas.pieces[i as usize].point(l);
+        let first = samples[0];
+        let is_one =
+            first.is_some_and(|(i, _)| samples.iter().all(|s| s.is_some_and(|s| s.0 == i)));
+        if let (true, Some(first)) = (is_one, first) {
+            let corner =
+                |i: usize| samples[i].as_ref().map_or(at(&first), at).position(&scene.geometry);
+            let places = [0, N - 1, N * (N - 1), N * N - 1].map(corner);
+            let middle = places.iter().sum::<DVec3>() / 4.0;
+            // Samples lie within the texel, at the middles of its parts.
+            let wider = N as f64 / (N - 1) as f64;
+            let l = |i: usize| samples[i].map_or(first.1, |s| s.1);
+            let centre = (l(0) + l(N * N - 1)) / 2.0;
+            let sample = Sample::new(scene, normals, at(&(first.0, centre)));
+            return Seen::One(sample, places.map(|p| middle + (p - middle) * wider));
+        }
+        let sample =
+            |s: &Option<(u32, DVec3)>| s.as_ref().map(|s| Sample::new(scene, normals, at(s)));
+        Seen::Each(samples.iter().map(sample).collect())
+    }
+}
+
+/// Calls `found` for each sample (at half-odd coordinates) within a triangle, in some rows of a
+/// raster, with its barycentric coordinates.
+pub(super) fn each_within(
+    [a, b, c]: [DVec2; 3],
+    rows: [usize; 2],
+    width: usize,
+    mut found: impl FnMut(usize, usize, DVec3),
+) {
+    let area = (b - a).perp_dot(c - a);
+    if area == 0.0 {
+        return;
+    }
+    let first = |low: f64, from: usize| ((low - 0.5).ceil().max(0.0) as usize).max(from);
+    let end = |high: f64, to: usize| ((high - 0.5).floor() as i64 + 1).clamp(0, to as i64) as usize;
+    let (low, high) = (a.min(b).min(c), a.max(b).max(c));
+    for y in first(low.y, rows[0])..end(high.y, rows[1]) {
+        let py = y as f64 + 0.5;
+        // Where the row crosses the triangle.
+        let (mut left, mut right) = (f64::INFINITY, f64::NEG_INFINITY);
+        for (p, q) in [(a, b), (b, c), (c, a)] {
+            if (p.y - py) * (q.y - py) <= 0.0 && p.y != q.y {
+                let x = p.x + (q.x - p.x) * (py - p.y) / (q.y - p.y);
+                (left, right) = (left.min(x), right.max(x));
+            }
+        }
+        for x in first(left, 0)..end(right, width) {
+            let p = DVec2::new(x as f64 + 0.5, py);
+            let l = DVec2::new((p - a).perp_dot(c - a), (b - a).perp_dot(p - a)) / area;
+            let l = DVec3::new(1.0 - l.x - l.y, l.x, l.y).max(DVec3::ZERO);
+            found(x, y, l / l.element_sum());
+        }
+    }
+}

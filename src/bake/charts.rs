@@ -1,0 +1,311 @@
+//! Charts: connected, nearly coplanar pieces of surface, laid flat.
+
+use std::collections::HashMap;
+
+use glam::{DVec2, DVec3};
+
+use super::cut::{barycentric, cut};
+use crate::patches::{ContactLines, SurfacePoint, at_barycentric, side_index};
+use crate::progress::{Cancelled, Progress};
+use crate::scene::{Geometry, Scene, Side, TriangleId};
+
+/// A triangle of a side, and where it lies in the atlas.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Piece {
+    pub triangle: TriangleId,
+    pub side: Side,
+    /// Corners in the coordinates `uv` of the source triangle, counter-clockwise seen from its
+    /// front.
+    pub corners: [DVec2; 3],
+    /// Whether something stands on the edge from each corner to the next.
+    pub stood_on: [bool; 3],
+    /// Number of its chart; `None` where no light ever arrives.
+    pub chart: Option<u32>,
+    /// Corners in the atlas, in texels.
+    pub texels: [DVec2; 3],
+}
+
+impl Piece {
+    /// Corner positions, m.
+    pub fn positions(&self, geometry: &Geometry) -> [DVec3; 3] {
+        let corners = geometry.corners(self.triangle);
+        self.corners.map(|uv| at_barycentric(corners, barycentric(uv)))
+    }
+
+    /// The point of it with these barycentric coordinates.
+    pub fn point(&self, l: DVec3) -> SurfacePoint {
+        let [a, b, c] = self.corners;
+        let uv = a * l.x + b * l.y + c * l.z;
+        SurfacePoint { triangle: self.triangle, side: self.side, uv }
+    }
+}
+
+/// Pieces that lie in one plane of the atlas.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Chart {
+    pub pieces: Vec<u32>,
+    /// Corners of each piece in the chart's plane, m, from (0, 0) on.
+    pub flat: Vec<[DVec2; 3]>,
+    /// Extent, m.
+    pub size: DVec2,
+}
+
+/// Cosine between the normals of two neighbours of a chart, and of each with the first.
+const TURN: f64 = 0.8;
+
+/// All sides that light may reach, in pieces, then those that it does not; `is_lit` tells.
+pub(super) fn pieces(
+    geometry: &Geometry,
+    is_lit: impl Fn(TriangleId, Side) -> bool,
+    progress: &dyn Progress,
+) -> Result<Vec<Piece>, Cancelled> {
+    let contacts = ContactLines::find(geometry, progress)?;
+    let mut pieces = Vec::new();
+    let whole = [DVec2::ZERO, DVec2::X, DVec2::Y];
+    for triangle in geometry.ids().filter(|&t| geometry.is_solid(t) && !geometry.is_whole(t)) {
+        for side in Side::BOTH.into_iter().filter(|&s| geometry.exchanges(triangle, s)) {
+            let piece = |(corners, stood_on): ([DVec2; 3], [bool; 3]), chart| Piece {
+                triangle,
+                side,
+                corners,
+                stood_on,
+                chart,
+                texels: [DVec2::ZERO; 3],
+            };
+            if !is_lit(triangle, side) {
+                pieces.push(piece((whole, [false; 3]), None));
+                continue;
+            }
+            let number = side_index(triangle, side);
+            let lines: Vec<_> = contacts.on(number).collect();
+            let edges = [0, 1, 2].map(|k| contacts.on_edge(number, k));
+            pieces.extend(cut(&lines, edges).into_iter().map(|c| piece(c, Some(0))));
+        }
+    }
+    Ok(pieces)
+}
+
+/// Joins lit pieces to charts of at most `most` metres across.
+pub(super) fn charts(scene: &Scene, pieces: &mut [Piece], most: f64) -> Vec<Chart> {
+    let g = &scene.geometry;
+    let beside = neighbours(scene, pieces);
+    let normals: Vec<DVec3> = pieces.iter().map(|p| g.normal(p.triangle, p.side)).collect();
+    let area = |p: &Piece| {
+        let [a, b, c] = p.positions(g);
+        (b - a).cross(c - a).length()
+    };
+    let areas: Vec<f64> = pieces.iter().map(area).collect();
+    let mut order: Vec<u32> = (0..pieces.len() as u32).collect();
+    order.retain(|&i| pieces[i as usize].chart.is_some());
+    order.sort_by(|&a, &b| areas[b as usize].total_cmp(&areas[a as usize]).then(a.cmp(&b)));
+    let mut taken = vec![false; pieces.len()];
+    let mut all = Vec::new();
+    for seed in order {
+        if taken[seed as usize] {
+            continue;
+        }
+        taken[seed as usize] = true;
+        let normal = normals[seed as usize];
+        let corners = pieces[seed as usize].positions(g);
+        let mut growing = Growing::new(corners, normal, areas[seed as usize].sqrt());
+        let mut pieces_of = vec![seed];
+        let mut next = 0;
+        while let Some(&at) = pieces_of.get(next) {
+            next += 1;
+            for &other in beside[at as usize].iter().flatten() {
+                let turn = normals[other as usize];
+                let fits = turn.dot(normal) > TURN && turn.dot(normals[at as usize]) > TURN;
+                if taken[other as usize] || !fits {
+                    continue;
+                }
+                if growing.add(
+                    pieces[other as usize].positions(g),
+                    pieces[other as usize].side,
+                    most,
+                ) {
+                    taken[other as usize] = true;
+                    pieces_of.push(other);
+                }
+            }
+        }
+        let number = all.len() as u32;
+        for &p in &pieces_of {
+            pieces[p as usize].chart = Some(number);
+        }
+        all.push(growing.laid_out(pieces_of));
+    }
+    all
+}
+
+/// For each edge of each piece the piece beyond it, where light goes on smoothly.
+fn neighbours(scene: &Scene, pieces: &[Piece]) -> Vec<[Option<u32>; 3]> {
+    let (g, o) = (&scene.geometry, &scene.optics);
+    let [low, high] = g
+        .vertices
+        .iter()
+        .fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |b, v| [b[0].min(*v), b[1].max(*v)]);
+    // Corners nearer than this are one.
+    let step = (1e-8 * (high - low).length()).max(f64::MIN_POSITIVE);
+    let key = |p: DVec3| (p / step).round().to_array().map(|c| c as i64);
+    let mut uses: HashMap<[[i64; 3]; 2], Vec<(u32, u8)>> = HashMap::new();
+    for (i, piece) in pieces.iter().enumerate().filter(|p| p.1.chart.is_some()) {
+        let corners = piece.positions(g).map(key);
+        for k in 0..3 {
+            let (a, b) = (corners[k], corners[(k + 1) % 3]);
+            if !piece.stood_on[k] && a != b {
+                uses.entry([a.min(b), a.max(b)]).or_default().push((i as u32, k as u8));
+            }
+        }
+    }
+    let label = |p: &Piece| {
+        let t = p.triangle.index();
+        (g.surface_of[t], o.material_of[t], p.side, o.tint(p.triangle).to_array().map(f64::to_bits))
+    };
+    let mut beside = vec![[None; 3]; pieces.len()];
+    for found in uses.values() {
+        // The two sides of a sheet share its edges.
+        for side in Side::BOTH {
+            let mut own = found.iter().filter(|(i, _)| pieces[*i as usize].side == side);
+            let (Some(a), Some(b), None) = (own.next(), own.next(), own.next()) else { continue };
+            if label(&pieces[a.0 as usize]) == label(&pieces[b.0 as usize]) {
+                beside[a.0 as usize][usize::from(a.1)] = Some(b.0);
+                beside[b.0 as usize][usize::from(b.1)] = Some(a.0);
+            }
+        }
+    }
+    beside
+}
+
+/// Squares of a chart's grid along the longest edge of its first piece, at most.
+const SQUARES: f64 = 16.0;
+
+/// A chart in the making.
+struct Growing {
+    axes: [DVec3; 2],
+    flat: Vec<[DVec2; 3]>,
+    low: DVec2,
+    high: DVec2,
+    /// The pieces of each square of a grid, so that none comes to lie over another.
+    grid: HashMap<[i64; 2], Vec<u32>>,
+    cell: f64,
+}
+
+impl Growing {
+    fn new(corners: [DVec3; 3], normal: DVec3, cell: f64) -> Self {
+        // Along the longest edge of the first.
+        let edges = [0, 1, 2].map(|k| corners[(k + 1) % 3] - corners[k]);
+        let longest = edges.into_iter().max_by(|a, b| a.length().total_cmp(&b.length()));
+        let longest = longest.unwrap_or(DVec3::X);
+        let x = longest.normalize_or(DVec3::X);
+        let y = normal.cross(x);
+        let mut me = Self {
+            axes: [x, y],
+            flat: Vec::new(),
+            low: DVec2::INFINITY,
+            high: DVec2::NEG_INFINITY,
+            grid: HashMap::new(),
+            cell: cell.max(longest.length() / SQUARES).max(f64::MIN_POSITIVE),
+        };
+        let flat = me.flat_of(corners);
+        me.put(flat);
+        me
+    }
+
+    fn flat_of(&self, corners: [DVec3; 3]) -> [DVec2; 3] {
+        corners.map(|p| DVec2::new(p.dot(self.axes[0]), p.dot(self.axes[1])))
+    }
+
+    fn squares(&self, flat: &[DVec2; 3]) -> impl Iterator<Item = [i64; 2]> + use<> {
+        let low = flat[0].min(flat[1]).min(flat[2]) / self.cell;
+        let high = flat[0].max(flat[1]).max(flat[2]) / self.cell;
+        let [x0, y0] = low.floor().to_array().map(|c| c as i64);
+        let [x1, y1] = high.floor().to_array().map(|c| c as i64);
+        (y0..=y1).flat_map(move |y| (x0..=x1).map(move |x| [x, y]))
+    }
+
+    fn put(&mut self, flat: [DVec2; 3]) {
+        let number = self.flat.len() as u32;
+        for square in self.squares(&flat) {
+            self.grid.entry(square).or_default().push(number);
+        }
+        self.flat.push(flat);
+        self.low = flat.iter().fold(self.low, |l, p| l.min(*p));
+        self.high = flat.iter().fold(self.high, |h, p| h.max(*p));
+    }
+
+    /// Adds a piece if it lies over none and the chart stays small enough.
+    fn add(&mut self, corners: [DVec3; 3], side: Side, most: f64) -> bool {
+        let flat = self.flat_of(corners);
+        let low = flat.iter().fold(self.low, |l, p| l.min(*p));
+        let high = flat.iter().fold(self.high, |h, p| h.max(*p));
+        let turned = (flat[1] - flat[0]).perp_dot(flat[2] - flat[0]) * side.sign();
+        if (high - low).max_element() > most || turned <= 0.0 {
+            return false;
+        }
+        let lies_over = self.squares(&flat).any(|square| {
+            let others = self.grid.get(&square);
+            others.into_iter().flatten().any(|&o| overlap(&self.flat[o as usize], &flat))
+        });
+        if !lies_over {
+            self.put(flat);
+        }
+        !lies_over
+    }
+
+    /// The chart, turned so that its rectangle is small.
+    fn laid_out(self, pieces: Vec<u32>) -> Chart {
+        let edge = |t: &[DVec2; 3]| [0, 1, 2].map(|k| t[(k + 1) % 3] - t[k]);
+        let mut edges: Vec<DVec2> = self.flat.iter().flat_map(edge).collect();
+        edges.sort_by(|a, b| b.length_squared().total_cmp(&a.length_squared()));
+        let turned = |x: DVec2| {
+            let all = self.flat.iter().map(|f| f.map(|p| DVec2::new(x.dot(p), x.perp_dot(p))));
+            let flat: Vec<[DVec2; 3]> = all.collect();
+            let fold =
+                |start, f: fn(DVec2, DVec2) -> DVec2| flat.iter().flatten().copied().fold(start, f);
+            let (low, high) =
+                (fold(DVec2::INFINITY, DVec2::min), fold(DVec2::NEG_INFINITY, DVec2::max));
+            let flat = flat.iter().map(|f| f.map(|p| p - low)).collect();
+            Chart { pieces: Vec::new(), flat, size: high - low }
+        };
+        let area = |c: &Chart| c.size.x * c.size.y;
+        let directions = edges.iter().map(|e| e.normalize_or(DVec2::X)).take(DIRECTIONS);
+        let best = directions.map(turned).reduce(|a, b| if area(&b) < area(&a) { b } else { a });
+        Chart { pieces, ..best.unwrap_or_default() }
+    }
+}
+
+/// Directions that a chart's rectangle is tried in: those of its longest edges.
+const DIRECTIONS: usize = 16;
+
+/// Whether two triangles share more than an edge.
+fn overlap(a: &[DVec2; 3], b: &[DVec2; 3]) -> bool {
+    /// Of the extents of both along an axis.
+    const SLACK: f64 = 1e-6;
+    let apart = |own: &[DVec2; 3], other: &[DVec2; 3]| {
+        (0..3).any(|k| {
+            let axis = (own[(k + 1) % 3] - own[k]).perp();
+            let span = |t: &[DVec2; 3]| {
+                let d = t.map(|p| p.dot(axis));
+                [d[0].min(d[1]).min(d[2]), d[0].max(d[1]).max(d[2])]
+            };
+            let (a, b) = (span(own), span(other));
+            let slack = SLACK * (a[1] - a[0] + b[1] - b[0]);
+            a[1] <= b[0] + slack || b[1] <= a[0] + slack
+        })
+    };
+    !apart(a, b) && !apart(b, a)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn triangles_overlap_by_more_than_an_edge() {
+        let at = DVec2::new;
+        let a = [at(0.0, 0.0), at(1.0, 0.0), at(0.0, 1.0)];
+        assert!(!overlap(&a, &[at(1.0, 0.0), at(1.0, 1.0), at(0.0, 1.0)]));
+        assert!(overlap(&a, &[at(0.2, 0.2), at(1.0, 1.0), at(0.0, 1.0)]));
+        assert!(overlap(&a, &a));
+    }
+}

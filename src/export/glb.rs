@@ -1,0 +1,136 @@
+//! Models with their light, as binary glTF 2.0 (`.glb`).
+
+mod buffers;
+mod materials;
+mod model;
+
+use std::path::Path;
+
+use serde_json::{Map, Value, json};
+
+use super::ExportError;
+use super::png::encode_png;
+use super::target::write_whole;
+use crate::bake::{Bake, Facet};
+use crate::scene::original::Original;
+use crate::scene::{Scene, luminance};
+use crate::tone::srgb;
+use buffers::Buffers;
+use materials::Variants;
+
+/// How a model carries its light.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum BakeMode {
+    /// What is seen, in one texture (`KHR_materials_unlit`).
+    Unlit,
+    /// Radiance at vertices, on a mesh that is refined where light asks for it.
+    Vertex,
+    /// Irradiance in a second set of texture coordinates (`MOZ_lightmap`); materials stay.
+    Lightmap {
+        /// Whether lamps without extent stay, as their direct light is not in it.
+        keeps_lamps: bool,
+    },
+}
+
+/// What was written.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Baked {
+    /// Triangles of the model.
+    pub triangles: usize,
+    /// What a colour of 1 at vertices stands for: radiance in W/(m² sr) or cd/m².
+    pub scale: f64,
+}
+
+/// Writes the model of a scene with its light.
+///
+/// # Errors
+/// If the model cannot be read once more, or the file not be written.
+pub fn write_glb(
+    path: &Path,
+    scene: &Scene,
+    bake: &Bake<'_>,
+    mode: BakeMode,
+) -> Result<Baked, ExportError> {
+    let encode = |message: String| ExportError::Encode { path: path.to_path_buf(), message };
+    let original = crate::scene::original::original(scene).map_err(|e| encode(e.to_string()))?;
+    let facets = match mode {
+        BakeMode::Vertex => bake.refined(),
+        _ => bake.facets(),
+    };
+    let mut buffers = Buffers::default();
+    let mut intensities = vec![1.0_f64; bake.charts()];
+    let (texture, scale) = match mode {
+        BakeMode::Unlit => {
+            let bytes = bake.shown().iter().flatten().map(|&c| srgb(c)).collect();
+            (Some(bytes), 1.0)
+        }
+        BakeMode::Vertex => (None, brightest(scene, &facets)),
+        BakeMode::Lightmap { .. } => {
+            let mut bytes = vec![0_u8; 3 * bake.irradiance().len()];
+            for (chart, intensity) in intensities.iter_mut().enumerate() {
+                *intensity = intensity_of(bake, chart);
+                for texel in bake.texels_of(chart) {
+                    for (c, e) in bake.irradiance()[texel].into_iter().enumerate() {
+                        let share = f64::from(e) / *intensity;
+                        bytes[3 * texel + c] = (share.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
+                    }
+                }
+            }
+            (Some(bytes), 1.0)
+        }
+    };
+    // Writing into memory does not fail.
+    let texture = texture.map(|bytes: Vec<u8>| encode_png(bake.size(), &bytes).unwrap_or_default());
+    let triangles = facets.len();
+    let Original { mut json, surfaces, images } = original;
+    let mut variants = Variants::default();
+    let scale_of = |facet: &Facet| match mode {
+        BakeMode::Lightmap { .. } => intensities[facet.chart.map_or(0, |c| c as usize)],
+        _ => scale,
+    };
+    let written =
+        model::meshes(scene, &surfaces, &facets, (mode, scale_of), &mut variants, &mut buffers);
+    model::place(&mut json, written);
+    materials::light(&mut json, mode, &variants);
+    let mut all: Vec<Option<Vec<u8>>> = match mode {
+        BakeMode::Lightmap { .. } => images.into_iter().map(|i| i.map(|i| i.to_vec())).collect(),
+        _ => Vec::new(),
+    };
+    all.extend(texture.map(Some));
+    materials::images(&mut json, all, mode, &mut buffers);
+    json.insert("asset".into(), asset(&json));
+    materials::extensions(&mut json);
+    let glb = buffers.finish(json).map_err(encode)?;
+    write_whole(path, &glb)?;
+    Ok(Baked { triangles, scale })
+}
+
+/// The brightest that any surface reflects at its corners, W/(m² sr) or cd/m².
+fn brightest(scene: &Scene, facets: &[Facet]) -> f64 {
+    let most = facets
+        .iter()
+        .filter(|f| luminance(scene.optics.emission(f.triangle, f.side)) <= 0.0)
+        .flat_map(|f| f.radiance.into_iter().flatten())
+        .fold(0.0_f32, f32::max);
+    if most > 0.0 { f64::from(most) } else { 1.0 }
+}
+
+/// The irradiance that a texel of 1 stands for in a chart: a power of two beyond all but its
+/// brightest texels, so that eight bits are enough for the others.
+fn intensity_of(bake: &Bake<'_>, chart: usize) -> f64 {
+    /// Of the texels of a chart this share may be too bright.
+    const CLIPPED: f64 = 0.002;
+    let most = |e: [f32; 3]| e.into_iter().fold(0.0, f32::max);
+    let mut all: Vec<f32> = bake.texels_of(chart).map(|t| most(bake.irradiance()[t])).collect();
+    let last = all.len().saturating_sub(1);
+    let at = ((1.0 - CLIPPED) * last as f64).round() as usize;
+    let (_, most, _) = all.select_nth_unstable_by(at.min(last), f32::total_cmp);
+    let most = f64::from(*most);
+    if most > 0.0 { most.log2().ceil().clamp(-60.0, 60.0).exp2() } else { 1.0 }
+}
+
+fn asset(json: &Map<String, Value>) -> Value {
+    let mut asset = json.get("asset").cloned().unwrap_or_else(|| json!({ "version": "2.0" }));
+    asset["generator"] = json!(concat!("hemicube ", env!("CARGO_PKG_VERSION")));
+    asset
+}
