@@ -90,22 +90,28 @@ pub struct NodeLayout {
 #[must_use]
 pub fn usual_texel(scene: &Scene, solution: &Solution) -> f64 {
     let g = &scene.geometry;
-    let lit = is_lit(scene, solution);
+    let counts = counts(scene, solution);
     let own = g.ids().filter(|&t| g.is_solid(t) && !g.is_whole(t));
-    let sides = own.flat_map(|t| Side::BOTH.map(|s| (t, s))).filter(|&(t, s)| lit(t, s));
+    let sides = own.flat_map(|t| Side::BOTH.map(|s| (t, s))).filter(|&(t, s)| counts(t, s));
     let area: f64 = sides.map(|(t, _)| g.area(t)).sum();
     (area / USUAL_TEXELS).sqrt()
 }
 
-/// Whether light may reach a side, or come from it.
-fn is_lit<'a>(scene: &'a Scene, solution: &'a Solution) -> impl Fn(TriangleId, Side) -> bool + 'a {
-    move |t, side| {
-        scene.geometry.exchanges(t, side)
+/// Whether a side counts: fronts do, and backs that light was found to reach or to come from, which
+/// may stand in for a front that it was not. Others lie within solids, or look out of the model.
+fn counts<'a>(
+    scene: &'a Scene,
+    solution: &'a Solution,
+) -> impl Fn(TriangleId, Side) -> bool + Sync + 'a {
+    let g = &scene.geometry;
+    let reached = move |t, side| {
+        g.exchanges(t, side)
             && (scene.optics.emission(t, side) != Rgb::ZERO
-                || solution
-                    .patches
-                    .of_side(t, side)
-                    .any(|p| solution.irradiance[p.index()] != Rgb::ZERO))
+                || solution.patches.of_side(t, side).any(|p| solution.usable[p.index()]))
+    };
+    move |t, side| match side {
+        Side::Front => g.exchanges(t, side) && (reached(t, side) || !reached(t, Side::Back)),
+        Side::Back => reached(t, side),
     }
 }
 
@@ -125,7 +131,7 @@ impl<'a> Bake<'a> {
         progress: &dyn Progress,
     ) -> Result<Self, BakeError> {
         let Some(gathered) = renderer.gathered_light() else { return Err(BakeError::Nothing) };
-        let atlas = Atlas::new(scene, texel, is_lit(scene, solution), progress)?;
+        let atlas = Atlas::new(scene, texel, counts(scene, solution), progress)?;
         if atlas.pieces.is_empty() {
             return Err(BakeError::Nothing);
         }
@@ -206,8 +212,8 @@ impl<'a> Bake<'a> {
     pub fn layout(&self) -> Layout {
         let g = &self.scene.geometry;
         let mut nodes: BTreeMap<(u32, u32), NodeLayout> = BTreeMap::new();
-        for facet in self.facets().iter().zip(&self.atlas.pieces).filter(|f| f.1.chart.is_some()) {
-            let number = g.surface_of[facet.0.triangle.index()];
+        for facet in self.facets() {
+            let number = g.surface_of[facet.triangle.index()];
             let surface = &g.surfaces[number as usize];
             // Nodes of glTF have numbers; elsewhere each surface is a node.
             let key = if surface.node > 0 { (0, surface.node) } else { (1, number) };
@@ -216,7 +222,7 @@ impl<'a> Bake<'a> {
                 uv_min: [1.0; 2],
                 uv_max: [0.0; 2],
             });
-            for corner in facet.0.atlas {
+            for corner in facet.atlas {
                 for (k, c) in corner.to_array().into_iter().enumerate() {
                     node.uv_min[k] = node.uv_min[k].min(c);
                     node.uv_max[k] = node.uv_max[k].max(c);

@@ -28,30 +28,27 @@ pub(crate) struct Atlas {
     pub size: [usize; 2],
     /// Width of a texel on surfaces, m.
     pub texel: f64,
-    /// All sides that exchange light, in pieces.
+    /// All sides that count, in pieces.
     pub pieces: Vec<Piece>,
-    /// Corner and size of each chart's rectangle, gutters left out; the last is dark.
+    /// Corner and size of each chart's rectangle, gutters left out.
     pub charts: Vec<[[usize; 2]; 2]>,
     /// The pieces that may have texels in each band of rows.
     in_band: Vec<Vec<u32>>,
 }
 
 impl Atlas {
-    /// Lays out all surfaces that light may reach, by texels of that width (m).
+    /// Lays out all sides that count, by texels of that width (m).
     pub fn new(
         scene: &Scene,
         texel: f64,
-        is_lit: impl Fn(TriangleId, Side) -> bool,
+        counts: impl Fn(TriangleId, Side) -> bool,
         progress: &dyn Progress,
     ) -> Result<Self, BakeError> {
-        let mut pieces = pieces(&scene.geometry, is_lit, progress)?;
+        let mut pieces = pieces(&scene.geometry, counts, progress)?;
         let charts = charts(scene, &mut pieces, WIDEST * texel);
         let steps = |c: &Chart| (c.size / texel).ceil().max(DVec2::ONE);
         let sizes: Vec<[usize; 2]> =
             charts.iter().map(|c| steps(c).to_array().map(|n| n as usize + 1)).collect();
-        // A square of darkness for all that light does not reach.
-        let dark = [1, 1];
-        let sizes = [&sizes[..], &[dark]].concat();
         let (places, size) = pack(&sizes);
         if size.into_iter().any(|n| n > MOST_TEXELS) {
             return Err(BakeError::Atlas(size));
@@ -63,12 +60,8 @@ impl Atlas {
                 pieces[p as usize].texels = flat.map(|q| corner(*place) + q * scale);
             }
         }
-        let night = corner(places[charts.len()]);
-        for piece in pieces.iter_mut().filter(|p| p.chart.is_none()) {
-            piece.texels = [night; 3];
-        }
         let mut in_band = vec![Vec::new(); size[1].div_ceil(BAND)];
-        for (i, piece) in pieces.iter().enumerate().filter(|p| p.1.chart.is_some()) {
+        for (i, piece) in pieces.iter().enumerate() {
             let y = piece.texels.map(|t| t.y);
             let low = (y[0].min(y[1]).min(y[2]) as usize).saturating_sub(1) / BAND;
             let high = (y[0].max(y[1]).max(y[2]) as usize + 1) / BAND;

@@ -3,10 +3,12 @@
 use std::collections::HashMap;
 
 use glam::{DVec2, DVec3};
+use rayon::prelude::*;
 
-use super::cut::{barycentric, cut};
+use super::cut::{Parts, barycentric};
 use crate::patches::{ContactLines, SurfacePoint, at_barycentric, side_index};
 use crate::progress::{Cancelled, Progress};
+use crate::scene::edges::{EdgeUse, edge_uses, shared};
 use crate::scene::{Geometry, Scene, Side, TriangleId};
 
 /// A triangle of a side, and where it lies in the atlas.
@@ -19,8 +21,8 @@ pub(crate) struct Piece {
     pub corners: [DVec2; 3],
     /// Whether something stands on the edge from each corner to the next.
     pub stood_on: [bool; 3],
-    /// Number of its chart; `None` where no light ever arrives.
-    pub chart: Option<u32>,
+    /// Number of its chart.
+    pub chart: u32,
     /// Corners in the atlas, in texels.
     pub texels: [DVec2; 3],
 }
@@ -53,39 +55,75 @@ pub(super) struct Chart {
 /// Cosine between the normals of two neighbours of a chart, and of each with the first.
 const TURN: f64 = 0.8;
 
-/// All sides that light may reach, in pieces, then those that it does not; `is_lit` tells.
+/// The sides that count, in pieces.
 pub(super) fn pieces(
     geometry: &Geometry,
-    is_lit: impl Fn(TriangleId, Side) -> bool,
+    counts: impl Fn(TriangleId, Side) -> bool,
     progress: &dyn Progress,
 ) -> Result<Vec<Piece>, Cancelled> {
     let contacts = ContactLines::find(geometry, progress)?;
+    let own = |t: &TriangleId| geometry.is_solid(*t) && !geometry.is_whole(*t);
+    let sides: Vec<(TriangleId, Side)> = geometry
+        .ids()
+        .filter(own)
+        .flat_map(|t| Side::BOTH.map(|s| (t, s)))
+        .filter(|&(t, s)| counts(t, s))
+        .collect();
+    let parts_of = |&(triangle, side): &(TriangleId, Side)| {
+        let number = side_index(triangle, side);
+        let edges = [0, 1, 2].map(|k| contacts.on_edge(number, k));
+        Parts::new(contacts.on(number), edges)
+    };
+    let mut parts: Vec<Parts> = sides.par_iter().map(parts_of).collect();
+    share_along_edges(geometry, &sides, &mut parts);
     let mut pieces = Vec::new();
-    let whole = [DVec2::ZERO, DVec2::X, DVec2::Y];
-    for triangle in geometry.ids().filter(|&t| geometry.is_solid(t) && !geometry.is_whole(t)) {
-        for side in Side::BOTH.into_iter().filter(|&s| geometry.exchanges(triangle, s)) {
-            let piece = |(corners, stood_on): ([DVec2; 3], [bool; 3]), chart| Piece {
-                triangle,
-                side,
-                corners,
-                stood_on,
-                chart,
-                texels: [DVec2::ZERO; 3],
-            };
-            if !is_lit(triangle, side) {
-                pieces.push(piece((whole, [false; 3]), None));
-                continue;
-            }
-            let number = side_index(triangle, side);
-            let lines: Vec<_> = contacts.on(number).collect();
-            let edges = [0, 1, 2].map(|k| contacts.on_edge(number, k));
-            pieces.extend(cut(&lines, edges).into_iter().map(|c| piece(c, Some(0))));
-        }
+    for ((triangle, side), parts) in sides.into_iter().zip(parts) {
+        pieces.extend(parts.triangles().into_iter().map(|(corners, stood_on)| Piece {
+            triangle,
+            side,
+            corners,
+            stood_on,
+            chart: 0,
+            texels: [DVec2::ZERO; 3],
+        }));
     }
     Ok(pieces)
 }
 
-/// Joins lit pieces to charts of at most `most` metres across.
+/// Corners on an edge are those of all sides that have it, so that no crack opens.
+fn share_along_edges(geometry: &Geometry, sides: &[(TriangleId, Side)], parts: &mut [Parts]) {
+    let number: HashMap<(TriangleId, Side), usize> =
+        sides.iter().enumerate().map(|(i, s)| (*s, i)).collect();
+    let (uses, _) = edge_uses(geometry);
+    for uses in shared(&uses) {
+        // Seen from one end of the edge.
+        let seen = |u: &EdgeUse, t: f64| if u.reversed { 1.0 - t } else { t };
+        let each = || {
+            uses.iter().flat_map(|u| {
+                let of = |s| number.get(&(u.triangle, s)).copied();
+                Side::BOTH.into_iter().filter_map(of).map(move |i| (u, i))
+            })
+        };
+        let mut places: Vec<f64> = each()
+            .flat_map(|(u, i)| {
+                parts[i].on_edge(usize::from(u.k)).into_iter().map(move |t| seen(u, t))
+            })
+            .collect();
+        if places.is_empty() {
+            continue;
+        }
+        places.sort_by(f64::total_cmp);
+        places.dedup_by(|a, b| *a - *b <= 1e-6);
+        let each: Vec<_> = each().collect();
+        for (u, i) in each {
+            let mut own: Vec<f64> = places.iter().map(|t| seen(u, *t)).collect();
+            own.sort_by(f64::total_cmp);
+            parts[i].put_on_edge(usize::from(u.k), &own);
+        }
+    }
+}
+
+/// Joins pieces to charts of at most `most` metres across.
 pub(super) fn charts(scene: &Scene, pieces: &mut [Piece], most: f64) -> Vec<Chart> {
     let g = &scene.geometry;
     let beside = neighbours(scene, pieces);
@@ -96,7 +134,6 @@ pub(super) fn charts(scene: &Scene, pieces: &mut [Piece], most: f64) -> Vec<Char
     };
     let areas: Vec<f64> = pieces.iter().map(area).collect();
     let mut order: Vec<u32> = (0..pieces.len() as u32).collect();
-    order.retain(|&i| pieces[i as usize].chart.is_some());
     order.sort_by(|&a, &b| areas[b as usize].total_cmp(&areas[a as usize]).then(a.cmp(&b)));
     let mut taken = vec![false; pieces.len()];
     let mut all = Vec::new();
@@ -130,7 +167,7 @@ pub(super) fn charts(scene: &Scene, pieces: &mut [Piece], most: f64) -> Vec<Char
         }
         let number = all.len() as u32;
         for &p in &pieces_of {
-            pieces[p as usize].chart = Some(number);
+            pieces[p as usize].chart = number;
         }
         all.push(growing.laid_out(pieces_of));
     }
@@ -148,7 +185,7 @@ fn neighbours(scene: &Scene, pieces: &[Piece]) -> Vec<[Option<u32>; 3]> {
     let step = (1e-8 * (high - low).length()).max(f64::MIN_POSITIVE);
     let key = |p: DVec3| (p / step).round().to_array().map(|c| c as i64);
     let mut uses: HashMap<[[i64; 3]; 2], Vec<(u32, u8)>> = HashMap::new();
-    for (i, piece) in pieces.iter().enumerate().filter(|p| p.1.chart.is_some()) {
+    for (i, piece) in pieces.iter().enumerate() {
         let corners = piece.positions(g).map(key);
         for k in 0..3 {
             let (a, b) = (corners[k], corners[(k + 1) % 3]);

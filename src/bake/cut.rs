@@ -24,24 +24,78 @@ struct Part {
 /// next.
 pub(super) type Cut = ([DVec2; 3], [bool; 3]);
 
-/// Cuts a side along lines; `edges` tells on which of its own something stands.
-pub(super) fn cut(lines: &[[DVec2; 2]], edges: [bool; 3]) -> Vec<Cut> {
-    let corners = vec![DVec2::ZERO, DVec2::X, DVec2::Y];
-    let mut parts = vec![Part { corners, stood_on: edges.to_vec() }];
-    for line in lines {
-        if parts.len() >= MOST_PARTS {
-            break;
+/// A side in parts.
+#[derive(Debug, Clone)]
+pub(super) struct Parts(Vec<Part>);
+
+impl Parts {
+    /// Cuts a side along lines; `edges` tells on which of its own something stands.
+    pub fn new(lines: impl IntoIterator<Item = [DVec2; 2]>, edges: [bool; 3]) -> Self {
+        let corners = vec![DVec2::ZERO, DVec2::X, DVec2::Y];
+        let mut parts = vec![Part { corners, stood_on: edges.to_vec() }];
+        for line in lines {
+            if parts.len() >= MOST_PARTS {
+                break;
+            }
+            let mut next = Vec::with_capacity(parts.len() + 2);
+            for part in parts {
+                part.split(line, &mut next);
+            }
+            parts = next;
         }
-        let mut next = Vec::with_capacity(parts.len() + 2);
-        for part in parts {
-            part.split(*line, &mut next);
+        if parts.len() > 1 {
+            share_corners(&mut parts);
         }
-        parts = next;
+        Self(parts)
     }
-    if parts.len() > 1 {
-        share_corners(&mut parts);
+
+    /// Corners on edge `k` of the side, within it: how far along it, 0..1.
+    pub fn on_edge(&self, k: usize) -> Vec<f64> {
+        let all = self.0.iter().flat_map(|p| &p.corners);
+        let on = all.filter_map(|&p| place_on(k, p));
+        on.filter(|t| *t > ON && *t < 1.0 - ON).collect()
     }
-    parts.iter().flat_map(Part::triangles).collect()
+
+    /// Puts corners at places along edge `k`, so that those beyond it have them too.
+    pub fn put_on_edge(&mut self, k: usize, places: &[f64]) {
+        let at = |t: f64| match k {
+            0 => DVec2::new(t, 0.0),
+            1 => DVec2::new(1.0 - t, t),
+            _ => DVec2::new(0.0, 1.0 - t),
+        };
+        for part in &mut self.0 {
+            let mut shared = Part { corners: Vec::new(), stood_on: Vec::new() };
+            for (a, b, stood_on) in part.edges() {
+                shared.corners.push(a);
+                shared.stood_on.push(stood_on);
+                let Some((from, to)) = place_on(k, a).zip(place_on(k, b)) else { continue };
+                let between = |t: &f64| *t > from + SAME && *t < to - SAME;
+                for &t in places.iter().filter(|t| between(t)) {
+                    shared.corners.push(at(t));
+                    shared.stood_on.push(stood_on);
+                }
+            }
+            *part = shared;
+        }
+    }
+
+    /// Triangles of all parts.
+    pub fn triangles(&self) -> Vec<Cut> {
+        self.0.iter().flat_map(Part::triangles).collect()
+    }
+}
+
+/// Corners nearer than this along an edge are one.
+const SAME: f64 = 10.0 * ON;
+
+/// How far along edge `k` of a side a point on it lies, 0..1.
+fn place_on(k: usize, p: DVec2) -> Option<f64> {
+    let (off, place) = match k {
+        0 => (p.y, p.x),
+        1 => (1.0 - p.x - p.y, p.y),
+        _ => (p.x, 1.0 - p.y),
+    };
+    (off.abs() <= ON).then_some(place)
 }
 
 impl Part {
@@ -192,10 +246,10 @@ fn share_corners(parts: &mut [Part]) {
                 .iter()
                 .filter(|p| way.perp_dot(**p - a).abs() <= ON)
                 .map(|p| (*p - a).dot(way))
-                .filter(|t| *t > 10.0 * ON && *t < length - 10.0 * ON)
+                .filter(|t| *t > SAME && *t < length - SAME)
                 .collect();
             stops.sort_by(f64::total_cmp);
-            stops.dedup_by(|a, b| *a - *b <= 10.0 * ON);
+            stops.dedup_by(|a, b| *a - *b <= SAME);
             shared.corners.push(a);
             shared.stood_on.push(stood_on);
             for t in stops {
@@ -233,14 +287,18 @@ mod tests {
         // A wall of two panels.
         lines.extend([[at(0.3, 0.3), at(0.35, 0.35)], [at(0.35, 0.35), at(0.4, 0.4)]]);
         for count in 0..=lines.len() {
-            let cuts = cut(&lines[..count], [true, false, false]);
+            let mut parts = Parts::new(lines[..count].iter().copied(), [true, false, false]);
+            assert!(parts.on_edge(0).len() >= usize::from(count > 0), "the wall's foot");
+            (0..3).for_each(|k| parts.put_on_edge(k, &[0.25, 0.75]));
+            let cuts = parts.triangles();
             assert!((area(&cuts) - 0.5).abs() < 1e-12, "{count} lines");
             for ([a, b, c], _) in &cuts {
                 assert!((*b - *a).perp_dot(*c - *a) > 1e-12, "none is empty or turned over");
             }
         }
         // What stands on edges is as long as the lines on them, from both sides, and the own edge.
-        let stood_on: f64 = cut(&lines, [true, false, false])
+        let stood_on: f64 = Parts::new(lines.iter().copied(), [true, false, false])
+            .triangles()
             .iter()
             .flat_map(|(c, s)| (0..3).map(move |k| (c[k].distance(c[(k + 1) % 3]), s[k])))
             .filter_map(|(length, stood_on)| stood_on.then_some(length))

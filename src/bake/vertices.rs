@@ -23,8 +23,8 @@ pub struct Facet {
     pub corners: [DVec2; 3],
     /// Corners in the atlas, 0..1, from its upper left.
     pub atlas: [DVec2; 3],
-    /// Number of its chart; `None` where light never arrives.
-    pub chart: Option<u32>,
+    /// Number of its chart.
+    pub chart: u32,
     /// Radiance at the corners, W/(m² sr) or cd/m².
     pub radiance: [[f32; 3]; 3],
 }
@@ -74,7 +74,7 @@ impl Bake<'_> {
     /// Edges at which light is off by more than `most` (its luminance).
     fn edges_to_split(&self, pieces: &[Piece], most: f64) -> HashSet<Edge> {
         let mut split = HashSet::new();
-        for piece in pieces.iter().filter(|p| p.chart.is_some()) {
+        for piece in pieces {
             let ends = piece.texels.map(|t| self.read(t));
             let extent = (0..3).map(|k| piece.texels[k].distance(piece.texels[(k + 1) % 3]));
             // Texels know no more.

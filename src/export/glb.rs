@@ -85,7 +85,7 @@ pub fn write_glb(
     let Original { mut json, surfaces, images } = original;
     let mut variants = Variants::default();
     let scale_of = |facet: &Facet| match mode {
-        BakeMode::Lightmap { .. } => intensities[facet.chart.map_or(0, |c| c as usize)],
+        BakeMode::Lightmap { .. } => intensities[facet.chart as usize],
         _ => scale,
     };
     let written =
@@ -105,14 +105,26 @@ pub fn write_glb(
     Ok(Baked { triangles, scale })
 }
 
-/// The brightest that any surface reflects at its corners, W/(m² sr) or cd/m².
+/// Radiance beyond all but the brightest that surfaces reflect, W/(m² sr) or cd/m².
 fn brightest(scene: &Scene, facets: &[Facet]) -> f64 {
-    let most = facets
+    /// Of the area this share may be too bright for a colour.
+    const CLIPPED: f64 = 0.005;
+    let mut all: Vec<(f32, f64)> = facets
         .iter()
         .filter(|f| luminance(scene.optics.emission(f.triangle, f.side)) <= 0.0)
-        .flat_map(|f| f.radiance.into_iter().flatten())
-        .fold(0.0_f32, f32::max);
-    if most > 0.0 { f64::from(most) } else { 1.0 }
+        .map(|f| {
+            let [a, b, c] = f.corners;
+            let area = scene.geometry.area(f.triangle) * (b - a).perp_dot(c - a);
+            (f.radiance.into_iter().flatten().fold(0.0, f32::max), area)
+        })
+        .collect();
+    all.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let mut left = CLIPPED * all.iter().map(|f| f.1).sum::<f64>();
+    let most = all.iter().find(|f| {
+        left -= f.1;
+        left < 0.0
+    });
+    most.map_or(1.0, |f| f64::from(f.0)).max(f64::MIN_POSITIVE)
 }
 
 /// The irradiance that a texel of 1 stands for in a chart: a power of two beyond all but its
