@@ -32,8 +32,9 @@ pub(crate) struct Atlas {
     pub pieces: Vec<Piece>,
     /// Corner and size of each chart's rectangle, gutters left out.
     pub charts: Vec<[[usize; 2]; 2]>,
-    /// The pieces that may have texels in each band of rows.
+    /// The tiles that may have texels in each band of rows, first those of pieces of charts.
     in_band: Vec<Vec<u32>>,
+    tiles: Vec<Tile>,
 }
 
 impl Atlas {
@@ -54,28 +55,56 @@ impl Atlas {
             return Err(BakeError::Atlas(size));
         }
         let corner = |place: [usize; 2]| DVec2::new(place[0] as f64 + 0.5, place[1] as f64 + 0.5);
-        for (chart, place) in charts.iter().zip(&places) {
+        let mut tiles = Vec::new();
+        let mut aprons = Vec::new();
+        for (number, (chart, place)) in charts.iter().zip(&places).enumerate() {
             let scale = steps(chart) / chart.size.max(DVec2::splat(f64::MIN_POSITIVE));
+            let tile = |piece: u32, flat: &[DVec2; 3]| {
+                let texels = flat.map(|q| corner(*place) + q * scale);
+                Tile { piece, chart: number as u32, texels }
+            };
             for (&p, flat) in chart.pieces.iter().zip(&chart.flat) {
-                pieces[p as usize].texels = flat.map(|q| corner(*place) + q * scale);
+                let tile = tile(p, flat);
+                pieces[p as usize].texels = tile.texels;
+                tiles.push(tile);
             }
+            aprons.extend(chart.apron.iter().map(|(p, flat)| tile(*p, flat)));
         }
+        tiles.extend(aprons);
         let mut in_band = vec![Vec::new(); size[1].div_ceil(BAND)];
-        for (i, piece) in pieces.iter().enumerate() {
-            let y = piece.texels.map(|t| t.y);
-            let low = (y[0].min(y[1]).min(y[2]) as usize).saturating_sub(1) / BAND;
-            let high = (y[0].max(y[1]).max(y[2]) as usize + 1) / BAND;
-            (low..=high.min(in_band.len() - 1)).for_each(|b| in_band[b].push(i as u32));
+        for (i, tile) in tiles.iter().enumerate() {
+            let y = tile.texels.map(|t| t.y);
+            let ([_, top], [_, down]) =
+                outer([places[tile.chart as usize], sizes[tile.chart as usize]]);
+            let low = y[0].min(y[1]).min(y[2]).max(top as f64) as usize;
+            let high = (y[0].max(y[1]).max(y[2]).max(0.0) as usize + 1).min(top + down);
+            (low.saturating_sub(1) / BAND..=high / BAND)
+                .filter(|b| *b < in_band.len())
+                .collect::<Vec<_>>()
+                .into_iter()
+                .for_each(|b| in_band[b].push(i as u32));
         }
         let charts = places.into_iter().zip(sizes).map(|(place, size)| [place, size]).collect();
-        Ok(Self { size, texel, pieces, charts, in_band })
+        Ok(Self { size, texel, pieces, charts, in_band, tiles })
     }
 
     /// Corner and size of a chart's rectangle with the gutter around it.
     pub fn outer(&self, chart: usize) -> ([usize; 2], [usize; 2]) {
-        let [place, size] = self.charts[chart];
-        (place.map(|p| p - GUTTER), size.map(|s| s + 2 * GUTTER))
+        outer(self.charts[chart])
     }
+}
+
+/// A chart's rectangle with the gutter around it.
+fn outer([place, size]: [[usize; 2]; 2]) -> ([usize; 2], [usize; 2]) {
+    (place.map(|p| p - GUTTER), size.map(|s| s + 2 * GUTTER))
+}
+
+/// A piece in the texels of a chart: its own, or one that its surface goes on to.
+#[derive(Debug, Clone, Copy)]
+struct Tile {
+    piece: u32,
+    chart: u32,
+    texels: [DVec2; 3],
 }
 
 /// An atlas as a raster to be lit.
@@ -100,6 +129,11 @@ impl Raster for Texels<'_> {
     fn facing(&self, _: &Sample) -> f64 {
         1.0
     }
+
+    /// A texel is seen from near by.
+    fn patience(&self) -> usize {
+        1
+    }
 }
 
 impl Texels<'_> {
@@ -108,10 +142,13 @@ impl Texels<'_> {
         let w = self.atlas.size[0];
         let mut found = vec![[None; N * N]; rows.len() * w];
         for &i in &self.atlas.in_band[rows.start / BAND] {
-            let corners = self.atlas.pieces[i as usize].texels.map(|t| t * N as f64);
-            each_within(corners, [rows.start * N, rows.end * N], w * N, |x, y, l| {
+            let tile = &self.atlas.tiles[i as usize];
+            let ([left, top], [across, down]) = self.atlas.outer(tile.chart as usize);
+            let ys = [rows.start.max(top) * N, rows.end.min(top + down) * N];
+            let xs = [left * N, (left + across) * N];
+            each_within(tile.texels.map(|t| t * N as f64), [xs, ys], |x, y, l| {
                 let cell: &mut [_; N * N] = &mut found[(y / N - rows.start) * w + x / N];
-                cell[y % N * N + x % N].get_or_insert((i, l));
+                cell[y % N * N + x % N].get_or_insert((tile.piece, l));
             });
         }
         found
@@ -151,12 +188,11 @@ impl Texels<'_> {
     }
 }
 
-/// Calls `found` for each sample (at half-odd coordinates) within a triangle, in some rows of a
-/// raster, with its barycentric coordinates.
+/// Calls `found` for each sample (at half-odd coordinates) within a triangle, in some columns and
+/// rows of a raster, with its barycentric coordinates.
 pub(super) fn each_within(
     [a, b, c]: [DVec2; 3],
-    rows: [usize; 2],
-    width: usize,
+    [columns, rows]: [[usize; 2]; 2],
     mut found: impl FnMut(usize, usize, DVec3),
 ) {
     let area = (b - a).perp_dot(c - a);
@@ -176,7 +212,7 @@ pub(super) fn each_within(
                 (left, right) = (left.min(x), right.max(x));
             }
         }
-        for x in first(left, 0)..end(right, width) {
+        for x in first(left, columns[0])..end(right, columns[1]) {
             let p = DVec2::new(x as f64 + 0.5, py);
             let l = DVec2::new((p - a).perp_dot(c - a), (b - a).perp_dot(p - a)) / area;
             let l = DVec3::new(1.0 - l.x - l.y, l.x, l.y).max(DVec3::ZERO);

@@ -1,6 +1,6 @@
 //! Charts: connected, nearly coplanar pieces of surface, laid flat.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -48,6 +48,8 @@ pub(super) struct Chart {
     pub pieces: Vec<u32>,
     /// Corners of each piece in the chart's plane, m, from (0, 0) on.
     pub flat: Vec<[DVec2; 3]>,
+    /// Pieces of other charts on which the surface goes on smoothly, and their corners there.
+    pub apron: Vec<(u32, [DVec2; 3])>,
     /// Extent, m.
     pub size: DVec2,
 }
@@ -169,9 +171,44 @@ pub(super) fn charts(scene: &Scene, pieces: &mut [Piece], most: f64) -> Vec<Char
         for &p in &pieces_of {
             pieces[p as usize].chart = number;
         }
-        all.push(growing.laid_out(pieces_of));
+        let goes_on = |a: u32, b: u32| normals[a as usize].dot(normals[b as usize]) > TURN;
+        let apron = apron(&pieces_of, &beside, goes_on);
+        let flat = |p: u32| growing.flat_of(pieces[p as usize].positions(g));
+        let apron: Vec<_> = apron
+            .into_iter()
+            .map(|p| (p, flat(p)))
+            .filter(|(p, f)| turned(f) * pieces[*p as usize].side.sign() > 0.0)
+            .collect();
+        all.push(growing.laid_out(pieces_of, apron));
     }
     all
+}
+
+/// Pieces around a chart on which the surface goes on.
+fn apron(own: &[u32], beside: &[[Option<u32>; 3]], goes_on: impl Fn(u32, u32) -> bool) -> Vec<u32> {
+    /// How many pieces lie between at most.
+    const RINGS: usize = 3;
+    let mut known: HashSet<u32> = own.iter().copied().collect();
+    let mut apron = Vec::new();
+    let mut rim = own.to_vec();
+    for _ in 0..RINGS {
+        let mut next = Vec::new();
+        for &p in &rim {
+            for &other in beside[p as usize].iter().flatten() {
+                if goes_on(p, other) && known.insert(other) {
+                    next.push(other);
+                }
+            }
+        }
+        apron.extend(&next);
+        rim = next;
+    }
+    apron
+}
+
+/// Twice the area of a triangle that is counter-clockwise.
+fn turned([a, b, c]: &[DVec2; 3]) -> f64 {
+    (*b - *a).perp_dot(*c - *a)
 }
 
 /// For each edge of each piece the piece beyond it, where light goes on smoothly.
@@ -275,8 +312,7 @@ impl Growing {
         let flat = self.flat_of(corners);
         let low = flat.iter().fold(self.low, |l, p| l.min(*p));
         let high = flat.iter().fold(self.high, |h, p| h.max(*p));
-        let turned = (flat[1] - flat[0]).perp_dot(flat[2] - flat[0]) * side.sign();
-        if (high - low).max_element() > most || turned <= 0.0 {
+        if (high - low).max_element() > most || turned(&flat) * side.sign() <= 0.0 {
             return false;
         }
         let lies_over = self.squares(&flat).any(|square| {
@@ -290,24 +326,30 @@ impl Growing {
     }
 
     /// The chart, turned so that its rectangle is small.
-    fn laid_out(self, pieces: Vec<u32>) -> Chart {
+    fn laid_out(self, pieces: Vec<u32>, apron: Vec<(u32, [DVec2; 3])>) -> Chart {
         let edge = |t: &[DVec2; 3]| [0, 1, 2].map(|k| t[(k + 1) % 3] - t[k]);
         let mut edges: Vec<DVec2> = self.flat.iter().flat_map(edge).collect();
         edges.sort_by(|a, b| b.length_squared().total_cmp(&a.length_squared()));
-        let turned = |x: DVec2| {
-            let all = self.flat.iter().map(|f| f.map(|p| DVec2::new(x.dot(p), x.perp_dot(p))));
-            let flat: Vec<[DVec2; 3]> = all.collect();
-            let fold =
-                |start, f: fn(DVec2, DVec2) -> DVec2| flat.iter().flatten().copied().fold(start, f);
-            let (low, high) =
-                (fold(DVec2::INFINITY, DVec2::min), fold(DVec2::NEG_INFINITY, DVec2::max));
-            let flat = flat.iter().map(|f| f.map(|p| p - low)).collect();
-            Chart { pieces: Vec::new(), flat, size: high - low }
+        let seen_along = |x: DVec2, p: DVec2| DVec2::new(x.dot(p), x.perp_dot(p));
+        let box_along = |x: DVec2| {
+            let all = || self.flat.iter().flatten().map(|p| seen_along(x, *p));
+            (
+                x,
+                all().fold(DVec2::INFINITY, DVec2::min),
+                all().fold(DVec2::NEG_INFINITY, DVec2::max),
+            )
         };
-        let area = |c: &Chart| c.size.x * c.size.y;
+        let area = |b: &(DVec2, DVec2, DVec2)| (b.2 - b.1).x * (b.2 - b.1).y;
         let directions = edges.iter().map(|e| e.normalize_or(DVec2::X)).take(DIRECTIONS);
-        let best = directions.map(turned).reduce(|a, b| if area(&b) < area(&a) { b } else { a });
-        Chart { pieces, ..best.unwrap_or_default() }
+        let best = directions.map(box_along).reduce(|a, b| if area(&b) < area(&a) { b } else { a });
+        let (x, low, high) = best.unwrap_or_default();
+        let placed = |f: [DVec2; 3]| f.map(|p| seen_along(x, p) - low);
+        Chart {
+            pieces,
+            flat: self.flat.iter().map(|f| placed(*f)).collect(),
+            apron: apron.into_iter().map(|(p, f)| (p, placed(f))).collect(),
+            size: high - low,
+        }
     }
 }
 

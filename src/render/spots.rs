@@ -143,9 +143,10 @@ const LOOKS: [usize; 2] = [16, 128];
 /// Most rays of a look.
 const MOST: f64 = 4096.0;
 
-/// The rays of looks that bring about a noise (a share).
-pub(super) fn looks(noise: f64) -> impl Iterator<Item = usize> {
-    let most = (LOOKS[1] as f64 * (NOISE / noise).powi(2)).clamp(LOOKS[1] as f64, MOST) as usize;
+/// The rays of looks that bring about a noise (a share), `more` times as many where they are needed.
+pub(super) fn looks(noise: f64, more: usize) -> impl Iterator<Item = usize> {
+    let usual = (LOOKS[1] * more) as f64;
+    let most = (usual * (NOISE / noise).powi(2)).clamp(usual, MOST.max(usual)) as usize;
     std::iter::successors(Some(LOOKS[0]), |rays| Some(2 * rays)).take_while(move |r| *r <= most)
 }
 
@@ -305,6 +306,7 @@ impl<'a> Gathering<'a> {
             for (&i, found) in rest.iter().zip(&self.reflected) {
                 spots[i].add(found, table.points() as u32);
             }
+            bound_reaches(spots, &rest);
             // Four batches alone know the noise of a spot badly.
             let noise = rest.iter().map(|&i| spots[i].of_a_ray()).sum::<f64>();
             let common = noise / rest.len().max(1) as f64;
@@ -343,6 +345,26 @@ impl<'a> Gathering<'a> {
             let has = f64::from(lead.rays) / 4.0;
             lead.radius() > WIDE * lead.width && self.needs(lead, lead.of_a_ray()) <= has
         })
+    }
+}
+
+/// The reach of spots is no more than that of one beside them, and the way there: few rays miss what
+/// is thin, and then too few would be cast.
+fn bound_reaches(spots: &mut [Spot], of: &[usize]) {
+    /// Pixels apart.
+    const BESIDE: f64 = 3.0;
+    for &i in of {
+        let spot = &spots[i];
+        let far2 = (BESIDE * spot.width).powi(2);
+        let mut reach = spot.reach;
+        for other in &*spots {
+            let length2 = other.point.distance_squared(spot.point);
+            let is_beside = other.rays > 0 && length2 < far2 && other.reach < reach;
+            if is_beside && spot.normal.dot(other.normal) > 0.9 {
+                reach = reach.min(other.reach + length2.sqrt());
+            }
+        }
+        spots[i].reach = reach;
     }
 }
 
