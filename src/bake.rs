@@ -20,6 +20,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 use thiserror::Error;
 
+use crate::gather::{Place, Probe};
 use crate::progress::{Cancelled, Progress};
 use crate::render::raster::BAND;
 use crate::render::{Renderer, Sight};
@@ -131,7 +132,13 @@ impl<'a> Bake<'a> {
         progress: &dyn Progress,
     ) -> Result<Self, BakeError> {
         let Some(gathered) = renderer.gathered_light() else { return Err(BakeError::Nothing) };
-        let atlas = Atlas::new(scene, texel, counts(scene, solution), progress)?;
+        let g = &scene.geometry;
+        let is_covered = |piece: &Piece| {
+            let point = piece.point(DVec3::splat(1.0 / 3.0)).position(g);
+            let probe = Probe { point, normal: g.normal(piece.triangle, piece.side) };
+            gathered.gatherer.at(probe, u64::from(piece.triangle.0)).place == Place::Covered
+        };
+        let atlas = Atlas::new(scene, texel, counts(scene, solution), is_covered, progress)?;
         if atlas.pieces.is_empty() {
             return Err(BakeError::Nothing);
         }

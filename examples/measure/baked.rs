@@ -7,27 +7,24 @@
 //! has at points (x,y,z,nx,ny,nz), for comparison with what is known of them.
 
 #![allow(clippy::print_stdout, reason = "it prints what it found")]
+#![allow(clippy::unwrap_used, reason = "what it shares with tests fails by panicking")]
+
+#[path = "../../tests/common/mod.rs"]
+mod common;
 
 use std::error::Error;
 use std::fs;
 use std::path::Path;
 
-use glam::{DVec2, DVec3};
-use hemicube::bake::{Bake, Facet, usual_texel};
+use common::baked::{baked, place, point, weighted};
+use glam::DVec3;
+use hemicube::bake::Facet;
 use hemicube::export::{BakeMode, write_glb};
-use hemicube::gather::{GatherOptions, Gatherer};
-use hemicube::patches::SurfacePoint;
-use hemicube::render::{Renderer, Sight};
 use hemicube::scene::{ImportOptions, Rgb, Scene, builtin, load};
-use hemicube::visibility::Bvh;
-use hemicube::{LightOptions, Silent};
 use serde_json::json;
 
 /// Points of each file.
 const POINTS: usize = 120;
-
-/// What radiance is multiplied by where it is shown.
-const EXPOSURE: f64 = 0.5;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -43,25 +40,6 @@ fn scene_of(name: &str) -> Result<Scene, Box<dyn Error>> {
         Some(scene) => scene,
         None => load(Path::new(name), &ImportOptions::default())?,
     })
-}
-
-/// Does something with the bake of a scene: with texels of that width (m) or the usual ones, and
-/// with or without what lamps send straight.
-fn baked<T>(
-    scene: &Scene,
-    texel: Option<f64>,
-    lamps: bool,
-    with: impl FnOnce(&Bake<'_>) -> Result<T, Box<dyn Error>>,
-) -> Result<T, Box<dyn Error>> {
-    let solution = scene.light(&LightOptions::default(), &Silent)?.solution;
-    let field = solution.field(scene);
-    let bvh = Bvh::new(&scene.geometry);
-    let gatherer = Gatherer::new(scene, &solution, &field, &bvh, GatherOptions::of_pictures(0));
-    let renderer = Renderer::gathering(scene, &field, &gatherer);
-    let renderer = if lamps { renderer } else { renderer.without_lamps() };
-    let shown = |s: &Sight| (s.radiance * EXPOSURE).clamp(Rgb::ZERO, Rgb::ONE).as_vec3().to_array();
-    let texel = texel.unwrap_or_else(|| usual_texel(scene, &solution));
-    with(&Bake::new(scene, &solution, &renderer, texel, shown, &Silent)?)
 }
 
 fn readers(folder: &Path) -> Result<(), Box<dyn Error>> {
@@ -120,14 +98,6 @@ fn readers_of(scene: &Scene, name: &str, folder: &Path) -> Result<(), Box<dyn Er
     Ok(())
 }
 
-fn weighted(corners: [DVec2; 3], l: DVec3) -> DVec2 {
-    corners[0] * l.x + corners[1] * l.y + corners[2] * l.z
-}
-
-fn point(facet: &Facet, l: DVec3) -> SurfacePoint {
-    SurfacePoint { triangle: facet.triangle, side: facet.side, uv: weighted(facet.corners, l) }
-}
-
 /// Points on surfaces that emit nothing, spread evenly over their area.
 fn spread<'a>(scene: &'a Scene, facets: &'a [Facet]) -> impl Iterator<Item = (&'a Facet, DVec3)> {
     let own: Vec<&Facet> =
@@ -170,26 +140,4 @@ fn points(scene: &Scene, texel: f64, table: &str) -> Result<(), Box<dyn Error>> 
         }
         Ok(())
     })
-}
-
-/// The place in the atlas of the surface at a point.
-fn place(scene: &Scene, facets: &[Facet], p: DVec3, n: DVec3) -> Option<DVec2> {
-    let g = &scene.geometry;
-    let distance = |f: &&Facet| {
-        let [a, b, c] = g.corners(f.triangle);
-        let on = |uv: DVec2| a + (b - a) * uv.x + (c - a) * uv.y;
-        let [a, b, c] = f.corners.map(on);
-        let (e, f, d) = (b - a, c - a, p - a);
-        let (ee, ef, ff) = (e.dot(e), e.dot(f), f.dot(f));
-        let determinant = ee * ff - ef * ef;
-        let u = (d.dot(e) * ff - d.dot(f) * ef) / determinant;
-        let v = (d.dot(f) * ee - d.dot(e) * ef) / determinant;
-        let l = DVec3::new(1.0 - u - v, u, v);
-        let off = l.max(DVec3::ZERO) / l.max(DVec3::ZERO).element_sum();
-        ((a * off.x + b * off.y + c * off.z).distance(p), off)
-    };
-    let facing = facets.iter().filter(|f| g.normal(f.triangle, f.side).dot(n) > 0.99);
-    let near = facing.map(|f| (distance(&f), f));
-    let ((d, l), facet) = near.min_by(|a, b| a.0.0.total_cmp(&b.0.0))?;
-    (d < 1e-3).then(|| weighted(facet.atlas, l))
 }

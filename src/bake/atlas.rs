@@ -14,8 +14,8 @@ use crate::render::spots::{Sample, Seen};
 use crate::scene::{Scene, Side, TriangleId};
 use crate::visibility::ItemBuffer;
 
-/// Samples along a side of a texel.
-const N: usize = 4;
+/// Samples along a side of a texel: an odd number, so that one lies in its middle.
+const N: usize = 5;
 
 /// Widest chart, in texels.
 const WIDEST: f64 = 2048.0;
@@ -43,9 +43,10 @@ impl Atlas {
         scene: &Scene,
         texel: f64,
         counts: impl Fn(TriangleId, Side) -> bool,
+        is_covered: impl Fn(&Piece) -> bool + Sync,
         progress: &dyn Progress,
     ) -> Result<Self, BakeError> {
-        let mut pieces = pieces(&scene.geometry, counts, progress)?;
+        let mut pieces = pieces(&scene.geometry, counts, is_covered, progress)?;
         let charts = charts(scene, &mut pieces, WIDEST * texel);
         let steps = |c: &Chart| (c.size / texel).ceil().max(DVec2::ONE);
         let sizes: Vec<[usize; 2]> =
@@ -66,7 +67,7 @@ impl Atlas {
             for (&p, flat) in chart.pieces.iter().zip(&chart.flat) {
                 let tile = tile(p, flat);
                 pieces[p as usize].texels = tile.texels;
-                tiles.push(tile);
+                tiles.extend((!pieces[p as usize].covered).then_some(tile));
             }
             aprons.extend(chart.apron.iter().map(|(p, flat)| tile(*p, flat)));
         }

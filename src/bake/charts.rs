@@ -21,6 +21,8 @@ pub(crate) struct Piece {
     pub corners: [DVec2; 3],
     /// Whether something stands on the edge from each corner to the next.
     pub stood_on: [bool; 3],
+    /// Whether it lies under something: its texels take the light around it.
+    pub covered: bool,
     /// Number of its chart.
     pub chart: u32,
     /// Corners in the atlas, in texels.
@@ -61,6 +63,7 @@ const TURN: f64 = 0.8;
 pub(super) fn pieces(
     geometry: &Geometry,
     counts: impl Fn(TriangleId, Side) -> bool,
+    is_covered: impl Fn(&Piece) -> bool + Sync,
     progress: &dyn Progress,
 ) -> Result<Vec<Piece>, Cancelled> {
     let contacts = ContactLines::find(geometry, progress)?;
@@ -85,10 +88,20 @@ pub(super) fn pieces(
             side,
             corners,
             stood_on,
+            covered: false,
             chart: 0,
             texels: [DVec2::ZERO; 3],
         }));
     }
+    let doubtful = |sides: &[Piece]| sides.len() > 1 || sides[0].stood_on.contains(&true);
+    pieces
+        .par_chunk_by_mut(|a, b| (a.triangle, a.side) == (b.triangle, b.side))
+        .filter(|side| doubtful(side))
+        .try_for_each(|side| {
+            progress.advance(0)?;
+            side.iter_mut().for_each(|piece| piece.covered = is_covered(piece));
+            Ok(())
+        })?;
     Ok(pieces)
 }
 
@@ -128,7 +141,7 @@ fn share_along_edges(geometry: &Geometry, sides: &[(TriangleId, Side)], parts: &
 /// Joins pieces to charts of at most `most` metres across.
 pub(super) fn charts(scene: &Scene, pieces: &mut [Piece], most: f64) -> Vec<Chart> {
     let g = &scene.geometry;
-    let beside = neighbours(scene, pieces);
+    let (beside, over) = neighbours(scene, pieces);
     let normals: Vec<DVec3> = pieces.iter().map(|p| g.normal(p.triangle, p.side)).collect();
     let area = |p: &Piece| {
         let [a, b, c] = p.positions(g);
@@ -136,7 +149,11 @@ pub(super) fn charts(scene: &Scene, pieces: &mut [Piece], most: f64) -> Vec<Char
     };
     let areas: Vec<f64> = pieces.iter().map(area).collect();
     let mut order: Vec<u32> = (0..pieces.len() as u32).collect();
-    order.sort_by(|&a, &b| areas[b as usize].total_cmp(&areas[a as usize]).then(a.cmp(&b)));
+    let covered: Vec<bool> = pieces.iter().map(|p| p.covered).collect();
+    order.sort_by(|&a, &b| {
+        let by_area = areas[b as usize].total_cmp(&areas[a as usize]);
+        covered[a as usize].cmp(&covered[b as usize]).then(by_area).then(a.cmp(&b))
+    });
     let mut taken = vec![false; pieces.len()];
     let mut all = Vec::new();
     for seed in order {
@@ -151,17 +168,17 @@ pub(super) fn charts(scene: &Scene, pieces: &mut [Piece], most: f64) -> Vec<Char
         let mut next = 0;
         while let Some(&at) = pieces_of.get(next) {
             next += 1;
-            for &other in beside[at as usize].iter().flatten() {
-                let turn = normals[other as usize];
+            // What is covered follows what is not, and leads to nothing else.
+            let hidden = over[at as usize].iter().flatten().filter(|o| covered[**o as usize]);
+            for &other in beside[at as usize].iter().flatten().chain(hidden) {
+                let (piece, turn) = (&pieces[other as usize], normals[other as usize]);
                 let fits = turn.dot(normal) > TURN && turn.dot(normals[at as usize]) > TURN;
-                if taken[other as usize] || !fits {
-                    continue;
-                }
-                if growing.add(
-                    pieces[other as usize].positions(g),
-                    pieces[other as usize].side,
-                    most,
-                ) {
+                let leads_out = covered[at as usize] && !covered[other as usize];
+                if !taken[other as usize]
+                    && fits
+                    && !leads_out
+                    && growing.add(piece.positions(g), piece.side, most)
+                {
                     taken[other as usize] = true;
                     pieces_of.push(other);
                 }
@@ -177,6 +194,7 @@ pub(super) fn charts(scene: &Scene, pieces: &mut [Piece], most: f64) -> Vec<Char
         let apron: Vec<_> = apron
             .into_iter()
             .map(|p| (p, flat(p)))
+            .filter(|(p, _)| !covered[*p as usize])
             .filter(|(p, f)| turned(f) * pieces[*p as usize].side.sign() > 0.0)
             .collect();
         all.push(growing.laid_out(pieces_of, apron));
@@ -211,8 +229,9 @@ fn turned([a, b, c]: &[DVec2; 3]) -> f64 {
     (*b - *a).perp_dot(*c - *a)
 }
 
-/// For each edge of each piece the piece beyond it, where light goes on smoothly.
-fn neighbours(scene: &Scene, pieces: &[Piece]) -> Vec<[Option<u32>; 3]> {
+/// For each edge of each piece the piece beyond it: where nothing stands on the edge, and where
+/// something does.
+fn neighbours(scene: &Scene, pieces: &[Piece]) -> (Beside, Beside) {
     let (g, o) = (&scene.geometry, &scene.optics);
     let [low, high] = g
         .vertices
@@ -226,7 +245,7 @@ fn neighbours(scene: &Scene, pieces: &[Piece]) -> Vec<[Option<u32>; 3]> {
         let corners = piece.positions(g).map(key);
         for k in 0..3 {
             let (a, b) = (corners[k], corners[(k + 1) % 3]);
-            if !piece.stood_on[k] && a != b {
+            if a != b {
                 uses.entry([a.min(b), a.max(b)]).or_default().push((i as u32, k as u8));
             }
         }
@@ -236,19 +255,25 @@ fn neighbours(scene: &Scene, pieces: &[Piece]) -> Vec<[Option<u32>; 3]> {
         (g.surface_of[t], o.material_of[t], p.side, o.tint(p.triangle).to_array().map(f64::to_bits))
     };
     let mut beside = vec![[None; 3]; pieces.len()];
+    let mut over = beside.clone();
     for found in uses.values() {
         // The two sides of a sheet share its edges.
         for side in Side::BOTH {
             let mut own = found.iter().filter(|(i, _)| pieces[*i as usize].side == side);
             let (Some(a), Some(b), None) = (own.next(), own.next(), own.next()) else { continue };
             if label(&pieces[a.0 as usize]) == label(&pieces[b.0 as usize]) {
-                beside[a.0 as usize][usize::from(a.1)] = Some(b.0);
-                beside[b.0 as usize][usize::from(b.1)] = Some(a.0);
+                let stood_on = |(i, k): &(u32, u8)| pieces[*i as usize].stood_on[usize::from(*k)];
+                let which = if stood_on(a) || stood_on(b) { &mut over } else { &mut beside };
+                which[a.0 as usize][usize::from(a.1)] = Some(b.0);
+                which[b.0 as usize][usize::from(b.1)] = Some(a.0);
             }
         }
     }
-    beside
+    (beside, over)
 }
+
+/// For each edge of each piece a piece beyond it.
+type Beside = Vec<[Option<u32>; 3]>;
 
 /// Squares of a chart's grid along the longest edge of its first piece, at most.
 const SQUARES: f64 = 16.0;
