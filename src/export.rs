@@ -3,6 +3,8 @@
 mod csv;
 mod exr;
 mod glb;
+mod hdr;
+mod jpeg;
 mod mtx;
 mod npy;
 mod npz;
@@ -21,12 +23,14 @@ use crate::progress::Cancelled;
 pub use csv::{write_csv, write_csv_file, write_surfaces};
 pub use exr::write_exr;
 pub use glb::{BakeMode, Baked, write_glb};
+pub use hdr::write_hdr;
+pub use jpeg::write_jpeg;
 pub use mtx::write_mtx;
 pub use npy::write_npy;
 pub use npz::read::{ReadError, read_npz};
 pub use npz::write_npz;
 pub use png::write_png;
-pub use save::{MATRIX_FORMATS, MatrixFormat, write_matrix};
+pub use save::{MATRIX_FORMATS, MatrixFormat, PICTURE_FORMATS, PictureFormat, write_matrix};
 pub use spill::Spill;
 pub use target::{can_write, folder_of, is_stream, target_of, write_whole};
 

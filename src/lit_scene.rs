@@ -8,7 +8,7 @@ use crate::gather::{Estimate, GatherOptions, Gatherer, Probe};
 use crate::matrix::{self, Matrix, MatrixError, MatrixOptions};
 use crate::progress::{Cancelled, Progress};
 use crate::reconstruct::Field;
-use crate::render::{Picture, PictureOptions, PixelErrors, RenderError, Renderer};
+use crate::render::{Picture, PictureOptions, PixelErrors, RenderError, Renderer, Sight};
 use crate::scene::{Camera, Scene};
 use crate::solution::{LightError, LightOptions, Solution, light};
 use crate::staging::{Lens, Model, viewpoint};
@@ -125,11 +125,23 @@ impl View {
             Some(stops) => stops.exp2(),
             None => renderer.auto_exposure(&self.camera, aspect, KEY)?,
         };
-        progress.stage("picture", self.picture.height as u64);
         let shown = |radiance| self.tone.map(radiance * factor);
-        let (picture, errors) =
-            renderer.render_known(&self.camera, &self.picture, |s| shown(s.radiance), progress)?;
+        let (picture, errors) = self.mapped_by(renderer, |s| shown(s.radiance), progress)?;
         Ok(Shot { picture, exposure: factor.log2(), errors })
+    }
+
+    /// What a renderer sees, each sample mapped by `map`, and how well pixels are known.
+    ///
+    /// # Errors
+    /// As [`Renderer::render`].
+    pub fn mapped_by(
+        &self,
+        renderer: &Renderer<'_>,
+        map: impl Fn(&Sight) -> [f32; 3] + Sync,
+        progress: &dyn Progress,
+    ) -> Result<(Picture, Option<PixelErrors>), RenderError> {
+        progress.stage("picture", self.picture.height as u64);
+        renderer.render_known(&self.camera, &self.picture, map, progress)
     }
 }
 

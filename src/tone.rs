@@ -1,6 +1,13 @@
 //! From radiance to what a screen can show.
 
+mod false_colour;
+mod glyphs;
+mod sheet;
+
 use serde::Serialize;
+
+pub use false_colour::{FalseColour, Map};
+pub use sheet::contact_sheet;
 
 use crate::scene::Rgb;
 

@@ -16,7 +16,8 @@ pub use factors::{FaceSides, Factors, GroupArg, with_group};
 pub use light::{ClusterArg, DeviceArg, DrawChoice, EngineArg, Light, SolverChoice};
 pub use values::{MOST_RADIANCE, size, vector};
 use values::{
-    direction, emission, exposure, lamp, length, photometry, point_rays, reflectance, sun, threads,
+    camera, direction, emission, exposure, lamp, length, photometry, point_rays, range,
+    reflectance, sun, threads,
 };
 
 /// Reads the command line; ends the program where it says what is wrong or shows help.
@@ -71,6 +72,8 @@ const RENDER_EXAMPLES: &str = "Examples:
   hemicube render house.glb --eye 1,1.6,-2 --target 4,1,3 --size 1280x720
   hemicube render model.obj --unit mm --emission lamp=20,18,15 --patch-size 0.01
   hemicube render hall.glb --ies pendant=pendant.ies
+  hemicube render office.glb --false-colour lux -o lux.png
+  hemicube render statue.glb --camera orbit:12 -o 'view-{camera}.jpg' --contact-sheet sheet.png
   hemicube render hall.glb --error 1% -v
   hemicube render statue.glb --sky 1,1,1.2 --exposure -1 --tone linear --report run.json";
 
@@ -290,9 +293,9 @@ pub struct Look {
     #[command(flatten)]
     pub input: Input,
 
-    /// One of the scene's cameras [default: its first]
-    #[arg(long, value_name = "NAME", conflicts_with = "eye")]
-    pub camera: Option<String>,
+    /// One of the scene's cameras, all of them, or N views around it [default: its first]
+    #[arg(long, value_name = "NAME|all|orbit:N", value_parser = camera, conflicts_with = "eye")]
+    pub camera: Option<CameraArg>,
 
     /// Where the camera stands, in metres
     #[arg(
@@ -340,9 +343,29 @@ pub struct Look {
 /// `hemicube render`.
 #[derive(Debug, Args)]
 pub struct Render {
-    /// The picture [default: the scene's name with .png]
+    /// The picture (.png .jpg; .exr .hdr: radiance); {camera} stands for the camera's name [default:
+    /// the scene's name with .png]
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
+
+    /// All views on one sheet, with their names
+    #[arg(long, value_name = "FILE")]
+    pub contact_sheet: Option<PathBuf>,
+
+    /// Show illuminance instead: in colours, with a legend in that unit and lines of equal
+    /// illuminance
+    #[arg(
+        long,
+        visible_alias = "false-color",
+        value_name = "UNIT",
+        value_enum,
+        conflicts_with = "draft"
+    )]
+    pub false_colour: Option<UnitArg>,
+
+    /// Illuminances of the darkest and the brightest colour [default: as the picture asks]
+    #[arg(long, value_name = "LOW,HIGH", value_parser = range, requires = "false_colour")]
+    pub range: Option<[f64; 2]>,
 
     /// Pixels of the picture [default: 720 high]
     #[arg(long, value_name = "WxH", value_parser = size)]
@@ -424,6 +447,36 @@ pub struct Probe {
     /// How it is lit.
     #[command(flatten)]
     pub light: Light,
+}
+
+/// `--camera`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum CameraArg {
+    /// The one of that name.
+    Named(String),
+    /// All.
+    All,
+    /// So many around the model.
+    Orbit(usize),
+}
+
+/// The unit of `--false-colour`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum UnitArg {
+    /// lx, of a scene in cd/m2
+    Lux,
+    /// W/m2, of a scene in W/(m2 sr)
+    Watt,
+}
+
+impl UnitArg {
+    /// As numbers have it.
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::Lux => "lx",
+            Self::Watt => "W/m2",
+        }
+    }
 }
 
 /// `--as`.

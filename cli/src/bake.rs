@@ -46,7 +46,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     ];
     outputs::check(&files, inputs(&scene, &look.input, &look.light))?;
     input::say_findings(&scene, run.quiet);
-    let Setup { camera, exposure } = prepare(&mut scene, look, None)?;
+    let Setup { cameras, exposure } = prepare(&mut scene, look, None)?;
+    let camera = cameras[0].clone();
     let bar = Bar::new(run.quiet);
     let mut solution = lit(&scene, &look.light, &bar)?;
 

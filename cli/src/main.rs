@@ -11,6 +11,7 @@ mod input;
 mod machine;
 mod outputs;
 mod paper;
+mod pictures;
 mod points;
 mod probe;
 mod remedy;

@@ -13,7 +13,7 @@ use hemicube::form_factors::FormFactors;
 use hemicube::gather::{GatherOptions, Gatherer};
 use hemicube::patches::Patches;
 use hemicube::refine::factor::RefineError;
-use hemicube::render::{PictureOptions, RenderError, Renderer, check};
+use hemicube::render::{RenderError, Renderer};
 use hemicube::report::{PictureError, Report, Stage};
 use hemicube::scene::{Lamp, Scene, TriangleId};
 use hemicube::solution::{Adaptive, Clustering, LightError, LightOptions, Solution, light_by};
@@ -22,30 +22,23 @@ use hemicube::tone::Tone;
 use hemicube::uncertainty::Uncertainty;
 use hemicube::units::{Area, significant};
 use hemicube::visibility::Bvh;
-use hemicube::{Shot, View};
 
 use crate::args::{
     ClusterArg, DeviceArg, DrawChoice, EngineArg, Exposure, Input, Light, Render, SolverChoice,
     StageArg, ToneChoice,
 };
 use crate::dark::lamp_before;
-use crate::doubts::{self, Taken};
+use crate::doubts;
 use crate::failure::Failure;
 use crate::input;
 use crate::machine;
-use crate::outputs;
+use crate::pictures::{Outputs, Pictures, Taken, views};
 use crate::remedy;
 use crate::staging::{Setup, prepare};
 use crate::terminal::{Bar, catch_interrupts, print, say};
 
-/// The share of a picture that its error is stated for.
-const MOST_OF_A_PICTURE: f64 = 0.8;
-
 /// Rays a row of drafts, which show the noise of patches.
 const DRAFT_SAMPLES: usize = 1024;
-
-/// The error that a map shows white, where none is asked for.
-const FULL: f64 = 0.1;
 
 /// Runs the command.
 pub fn run(args: &Render) -> Result<(), Failure> {
@@ -55,13 +48,11 @@ pub fn run(args: &Render) -> Result<(), Failure> {
         return Err(Failure::input("--seed is not used with --factors; leave it out"));
     }
     let mut scene = input::read(&args.look.input)?;
-    let output = output_of(&scene, args)?;
     input::say_findings(&scene, args.look.light.run.quiet);
     let aspect = args.size.map(|(w, h)| w.max(1) as f64 / h.max(1) as f64);
-    let Setup { camera, exposure } = prepare(&mut scene, &args.look, aspect)?;
-    let usual = View::through(camera.clone()).picture;
-    let (width, height) = args.size.unwrap_or((usual.width, usual.height));
-    check(&camera, width, height).map_err(picture_failure)?;
+    let Setup { cameras, exposure } = prepare(&mut scene, &args.look, aspect)?;
+    let views = views(cameras, exposure, args)?;
+    let outputs = Outputs::of(&scene, &views, args)?;
     let bar = Bar::new(args.look.light.run.quiet);
     let mut light = args.look.light.clone();
     if args.draft && light.engine() == EngineArg::Rays && light.factors.is_none() {
@@ -80,15 +71,6 @@ pub fn run(args: &Render) -> Result<(), Failure> {
     let error = error.report(&solution);
     let seconds = start.elapsed().as_secs_f64();
     let start = Instant::now();
-    let view = View {
-        picture: PictureOptions { width, height, ..PictureOptions::default() },
-        exposure: match args.look.exposure {
-            Exposure::Auto => exposure,
-            Exposure::Stops(stops) => Some(stops),
-        },
-        tone: tone_of(args.look.tone),
-        ..View::through(camera)
-    };
     let bvh = (!args.draft).then(|| Bvh::new(&scene.geometry));
     let usual = GatherOptions::of_pictures(args.look.light.seed.unwrap_or_default());
     let options = GatherOptions { error: args.look.light.error_of_light(), ..usual };
@@ -97,34 +79,20 @@ pub fn run(args: &Render) -> Result<(), Failure> {
         Some(gatherer) => Renderer::gathering(&scene, &field, gatherer),
         None => Renderer::new(&scene, &field),
     };
-    let Shot { picture, exposure: stops, errors } =
-        view.taken_by(&renderer, &bar).map_err(picture_failure)?;
-    let aspect = width as f64 / height as f64;
+    let pictures = Pictures { renderer: &renderer, outputs: &outputs, args, bar: &bar };
+    let Taken { stops, known } = pictures.take(&views)?;
+    let view = &views[0];
+    let aspect = view.picture.width as f64 / view.picture.height as f64;
     let shares = renderer.shares(&view.camera, aspect).map_err(picture_failure)?;
     bar.finish();
-    picture.save(&output).map_err(Failure::failed)?;
-    let known = errors.as_ref().map(|e| e.below(MOST_OF_A_PICTURE));
-    if let Some((path, errors)) = args.error_map.as_ref().zip(errors.as_ref()) {
-        let full = args.look.light.error_of_light().map_or(FULL, |e| 2.0 * e);
-        errors.picture(full).save(path).map_err(Failure::failed)?;
-        if !args.look.light.run.quiet {
-            say(&format!(
-                "{}: black 0 %, red {:.2} %, yellow {:.2} %, white {:.2} % or more of what is \
-                 seen: half-widths of 95 % intervals",
-                path.display(),
-                100.0 * full / 3.0,
-                200.0 * full / 3.0,
-                100.0 * full
-            ));
-        }
-    }
     let picture_seconds = start.elapsed().as_secs_f64();
-    if !args.look.light.run.quiet && args.look.exposure == Exposure::Auto {
+    let auto = stops.filter(|_| args.look.exposure == Exposure::Auto);
+    if let Some(stops) = auto.filter(|_| !args.look.light.run.quiet) {
         say(&format!("exposure: --exposure {stops:.2}"));
     }
     if !args.look.light.run.quiet {
-        let taken = Taken {
-            stops: (args.look.exposure == Exposure::Auto).then_some(stops),
+        let taken = doubts::Taken {
+            stops: auto,
             sunlit: scene.lamps.iter().any(|l| matches!(l, Lamp::Directional { .. })),
             stage_off: args.look.stage == StageArg::Off,
             flipped: args.look.input.model.flip,
@@ -157,7 +125,9 @@ pub fn run(args: &Render) -> Result<(), Failure> {
         }
     }
     write_report(&mut solution.report, &args.look.light)?;
-    print(&output.display().to_string());
+    for path in outputs.all() {
+        print(&path.display().to_string());
+    }
     Ok(())
 }
 
@@ -173,25 +143,6 @@ pub fn tone_of(choice: ToneChoice) -> Tone {
 /// Works on so many threads; 0: one a core.
 pub fn set_threads(threads: usize) -> Result<(), Failure> {
     rayon::ThreadPoolBuilder::new().num_threads(threads).build_global().map_err(Failure::failed)
-}
-
-fn output_of(scene: &Scene, args: &Render) -> Result<PathBuf, Failure> {
-    let path = args.output.clone().unwrap_or_else(|| PathBuf::from(format!("{}.png", scene.name)));
-    if !is_png(&path) {
-        return Err(Failure::Input(format!("{}: pictures are written as .png", path.display())));
-    }
-    let map = args.error_map.as_ref();
-    if let Some(map) = map.filter(|m| !is_png(m)) {
-        return Err(Failure::Input(format!("{}: maps are written as .png", map.display())));
-    }
-    let report = args.look.light.run.report.as_ref();
-    let files = [("-o", Some(&path)), ("--error-map", map), ("--report", report)];
-    outputs::check(&files, inputs(scene, &args.look.input, &args.look.light))?;
-    Ok(path)
-}
-
-fn is_png(path: &Path) -> bool {
-    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"))
 }
 
 /// All files that a scene and its light are read from.
@@ -431,7 +382,7 @@ pub fn say_details(report: &Report) {
     }
 }
 
-fn picture_failure(error: RenderError) -> Failure {
+pub fn picture_failure(error: RenderError) -> Failure {
     Failure::of(error, |e| Failure::Input(format!("{e}{}", remedy::of_picture(&e))))
 }
 

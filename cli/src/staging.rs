@@ -1,11 +1,13 @@
 //! The point of view of a picture, and light for a model that has none: what is chosen is said.
 
-use glam::DVec3;
+use std::f64::consts::TAU;
+
+use glam::{DQuat, DVec3};
 use hemicube::scene::{Camera, Scene};
 use hemicube::staging::{Kind, Lens, Model, Stage, viewpoint};
 use hemicube::visibility::{Occluders, Surroundings, solid_angle_fraction};
 
-use crate::args::{EngineArg, KindArg, Look, StageArg};
+use crate::args::{CameraArg, EngineArg, KindArg, Look, StageArg};
 use crate::dark::{closed, coordinates};
 use crate::failure::Failure;
 use crate::input::nothing_to_see;
@@ -13,8 +15,8 @@ use crate::terminal::say;
 
 /// How a picture is taken.
 pub struct Setup {
-    /// The point of view.
-    pub camera: Camera,
+    /// The points of view; at least one.
+    pub cameras: Vec<Camera>,
     /// The exposure in stops that the light was made for, if it was.
     pub exposure: Option<f64>,
 }
@@ -76,7 +78,7 @@ pub fn prepare(scene: &mut Scene, args: &Look, aspect: Option<f64>) -> Result<Se
             Stage::Daylight { sun: None } => "light: a sky outside (--stage off)",
         },
     );
-    Ok(Setup { camera, exposure: stage.exposure() })
+    Ok(Setup { cameras: all(camera, scene, args), exposure: stage.exposure() })
 }
 
 fn tell(args: &Look, text: &str) {
@@ -94,7 +96,15 @@ fn known_camera(scene: &Scene, args: &Look) -> Result<Option<Camera>, Failure> {
             ..Camera::at(eye, target)
         }));
     }
-    let Some(name) = &args.camera else { return Ok(scene.cameras.first().cloned()) };
+    let name = match &args.camera {
+        Some(CameraArg::Named(name)) => name,
+        Some(CameraArg::All) if scene.cameras.is_empty() => {
+            let text = "--camera all: the scene has no camera; give --camera orbit:N, or --eye and \
+                        --target";
+            return Err(Failure::input(text));
+        }
+        _ => return Ok(scene.cameras.first().cloned()),
+    };
     let found = scene.cameras.iter().find(|c| c.name == *name).cloned();
     found.map(Some).ok_or_else(|| {
         let names: Vec<&str> = scene.cameras.iter().map(|c| c.name.as_str()).collect();
@@ -104,6 +114,43 @@ fn known_camera(scene: &Scene, args: &Look) -> Result<Option<Camera>, Failure> {
             format!("no camera '{name}'; the scene has {}", names.join(", "))
         })
     })
+}
+
+/// The cameras asked for, where `camera` is the one that counts for the light of a stage.
+fn all(camera: Camera, scene: &Scene, args: &Look) -> Vec<Camera> {
+    match args.camera {
+        Some(CameraArg::All) => {
+            scene.cameras.iter().map(|c| turned(c.clone(), scene, args)).collect()
+        }
+        Some(CameraArg::Orbit(count)) => orbit(&camera, scene, count),
+        _ => vec![camera],
+    }
+}
+
+/// Views around the middle of the model, beginning with a camera's; from within, it turns where it
+/// stands.
+fn orbit(camera: &Camera, scene: &Scene, count: usize) -> Vec<Camera> {
+    let g = &scene.geometry;
+    let own = g.ids().filter(|&t| g.is_solid(t) && !g.is_whole(t));
+    let corners = own.flat_map(|t| g.corners(t));
+    let start = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+    let [low, high] = corners.fold(start, |b, p| [b[0].min(p), b[1].max(p)]);
+    let inside = camera.eye.cmpge(low).all() && camera.eye.cmple(high).all();
+    let centre = if inside { camera.eye } else { (low + high) / 2.0 };
+    let up = scene.up.normalize_or(DVec3::Y);
+    let digits = count.to_string().len();
+    (0..count)
+        .map(|i| {
+            let turn = DQuat::from_axis_angle(up, TAU * i as f64 / count as f64);
+            Camera {
+                name: format!("orbit-{:0digits$}", i + 1),
+                eye: centre + turn * (camera.eye - centre),
+                forward: turn * camera.forward,
+                up: turn * camera.up,
+                ..camera.clone()
+            }
+        })
+        .collect()
 }
 
 /// The camera as `--up` and `--vfov` turn it.
@@ -136,7 +183,8 @@ fn chosen(model: &Model<'_>, kind: Kind, aspect: Option<f64>, args: &Look) -> Ca
 
 /// Lights a scene that has no light and gets no stage: by a uniform sky, unless it is closed.
 fn without_stage(scene: &mut Scene, args: &Look, camera: Camera) -> Result<Setup, Failure> {
-    let setup = Setup { camera, exposure: None };
+    let eye = camera.eye;
+    let setup = Setup { cameras: all(camera, scene, args), exposure: None };
     if scene.optics.emits() || !scene.lamps.is_empty() || scene.sky != DVec3::ZERO {
         return Ok(setup);
     }
@@ -148,11 +196,11 @@ fn without_stage(scene: &mut Scene, args: &Look, camera: Camera) -> Result<Setup
         )));
     }
     let up = scene.up.normalize_or(DVec3::Y);
-    let around = Surroundings::of(&Occluders::new(&scene.geometry), setup.camera.eye, up, None);
+    let around = Surroundings::of(&Occluders::new(&scene.geometry), eye, up, None);
     /// Below this share of emptiness around the eye a room is closed; cracks are narrower.
     const CLOSED: f64 = 1e-3;
     if solid_angle_fraction(around.glimpses(), |g| g.hit.is_none()) < CLOSED {
-        return Err(closed(scene, args, setup.camera.eye));
+        return Err(closed(scene, args, eye));
     }
     scene.sky = DVec3::ONE;
     tell(args, "light: nothing emits; lit by a uniform sky of radiance 1 (--sky 1,1,1)");

@@ -2,7 +2,10 @@
 
 use std::path::Path;
 
-use super::{ExportError, write_csv_file, write_mtx, write_npy, write_npz, write_png};
+use super::{
+    ExportError, write_csv_file, write_exr, write_hdr, write_jpeg, write_mtx, write_npy, write_npz,
+    write_png,
+};
 use crate::matrix::{Matrix, Origin, Rows, SurfaceRow};
 use crate::progress::Progress;
 use crate::render::Picture;
@@ -74,16 +77,56 @@ impl Matrix {
     }
 }
 
+/// A format of pictures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PictureFormat {
+    /// `.png`: display light in 8 bits.
+    Png,
+    /// `.jpg`: display light in 8 bits, smaller.
+    Jpeg,
+    /// `.exr`: OpenEXR, floats as they are.
+    Exr,
+    /// `.hdr`: Radiance RGBE, about 1 % exact.
+    Hdr,
+}
+
+/// The formats of pictures, as messages name them.
+pub const PICTURE_FORMATS: &str = ".png, .jpg, .exr or .hdr";
+
+impl PictureFormat {
+    /// That of a file by its extension, in either case.
+    #[must_use]
+    pub fn of(path: &Path) -> Option<Self> {
+        match extension(path).as_str() {
+            "png" => Some(Self::Png),
+            "jpg" | "jpeg" => Some(Self::Jpeg),
+            "exr" => Some(Self::Exr),
+            "hdr" => Some(Self::Hdr),
+            _ => None,
+        }
+    }
+
+    /// Whether it holds light of any strength, such as radiance, rather than display light.
+    #[must_use]
+    pub fn is_of_radiance(self) -> bool {
+        matches!(self, Self::Exr | Self::Hdr)
+    }
+}
+
 impl Picture {
-    /// Writes the picture, linear display light, as .png.
+    /// Writes the picture: linear display light as .png or .jpg, or values as they are as .exr or
+    /// .hdr.
     ///
     /// # Errors
     /// If the extension is another, or the system refuses.
     pub fn save(&self, path: impl AsRef<Path>) -> Result<(), ExportError> {
         let path = path.as_ref();
-        match extension(path).as_str() {
-            "png" => write_png(path, self),
-            _ => Err(ExportError::Format { path: path.to_owned(), formats: ".png" }),
+        match PictureFormat::of(path) {
+            Some(PictureFormat::Png) => write_png(path, self),
+            Some(PictureFormat::Jpeg) => write_jpeg(path, self),
+            Some(PictureFormat::Exr) => write_exr(path, [self.width, self.height], &self.pixels),
+            Some(PictureFormat::Hdr) => write_hdr(path, self),
+            None => Err(ExportError::Format { path: path.to_owned(), formats: PICTURE_FORMATS }),
         }
     }
 }

@@ -20,7 +20,7 @@ use decode::decode;
 use shrink::Image;
 use srgb::LINEAR_FROM_SRGB;
 
-pub(super) use srgb::linear_from_srgb;
+pub(crate) use srgb::linear_from_srgb;
 pub use wrap::Wrap;
 use wrap::wrapped;
 

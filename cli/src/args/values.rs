@@ -6,7 +6,7 @@ use glam::DVec3;
 use hemicube::engines::rays::MOST_SAMPLES;
 use hemicube::gather::{FEWEST_RAYS, MOST_RAYS};
 
-use super::{Emission, Exposure, LampArg, SunArg};
+use super::{CameraArg, Emission, Exposure, LampArg, SunArg};
 
 /// Three numbers with commas between.
 pub fn vector(text: &str) -> Result<DVec3, String> {
@@ -112,6 +112,32 @@ pub fn reflectance(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(rho) if (0.0..1.0).contains(&rho) => Ok(rho),
         _ => Err(format!("'{text}' is not a reflectance from 0 to below 1")),
+    }
+}
+
+/// A camera's name, all, or orbit:N.
+pub fn camera(text: &str) -> Result<CameraArg, String> {
+    /// More views than this are a slip of the pen.
+    const MOST: usize = 1000;
+    if text == "all" {
+        return Ok(CameraArg::All);
+    }
+    let Some(count) = text.strip_prefix("orbit:") else {
+        return Ok(CameraArg::Named(text.into()));
+    };
+    match count.parse() {
+        Ok(n) if (1..=MOST).contains(&n) => Ok(CameraArg::Orbit(n)),
+        _ => Err(format!("'{count}' is not a number of views from 1 to {MOST}")),
+    }
+}
+
+/// Two illuminances, the first the smaller.
+pub fn range(text: &str) -> Result<[f64; 2], String> {
+    let wrong = || format!("'{text}' is not a range; write it like 0,500");
+    let (low, high) = text.split_once(',').ok_or_else(wrong)?;
+    match (low.trim().parse::<f64>(), high.trim().parse::<f64>()) {
+        (Ok(low), Ok(high)) if low >= 0.0 && low < high && high.is_finite() => Ok([low, high]),
+        _ => Err(wrong()),
     }
 }
 
