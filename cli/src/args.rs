@@ -89,6 +89,7 @@ FILE.exr (E / pi), and where each node lies in it in FILE.json.";
 const PROBE_EXAMPLES: &str = "Examples:
   hemicube probe cornell-box --points points.csv -o out.csv
   hemicube probe office.glb --grid 0.25,0.75,0.25 0,0,3.5 5.5,0,0 7x11 -o desk.csv -v
+  hemicube probe office.glb --grid 0.25,0.75,0.25 0,0,3.5 5.5,0,0 7x11 --plan desk.svg
   printf 'x,y,z,nx,ny,nz\\n2,0.75,1,0,1,0\\n' | hemicube probe office.glb --points -
 
 Points are in metres. The file has a header with x,y,z,nx,ny,nz in any order; other columns pass
@@ -439,6 +440,18 @@ pub struct Probe {
     /// The result (.csv) [default: stdout]
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
+
+    /// Also draw the work plane in colours, as a picture (.png .jpg) or a drawing (.svg)
+    #[arg(long, value_name = "FILE", requires = "grid")]
+    pub plan: Option<PathBuf>,
+
+    /// The unit of a plan's numbers [default: lux]
+    #[arg(long, visible_alias = "false-color", value_name = "UNIT", value_enum, requires = "plan")]
+    pub false_colour: Option<UnitArg>,
+
+    /// Illuminances of a plan's darkest and brightest colour [default: as the plane asks]
+    #[arg(long, value_name = "LOW,HIGH", value_parser = range, requires = "plan")]
+    pub range: Option<[f64; 2]>,
 
     /// Rays a point, 256 to 1048576 [default: 4096; more with --error below 1%]
     #[arg(long, value_name = "N", value_parser = point_rays)]

@@ -12,6 +12,7 @@ mod machine;
 mod outputs;
 mod paper;
 mod pictures;
+mod plan;
 mod points;
 mod probe;
 mod remedy;

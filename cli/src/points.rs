@@ -5,6 +5,7 @@ use hemicube::gather::{Estimate, Place, Probe};
 use hemicube::scene::luminance;
 
 use crate::args::{size, vector};
+use crate::plan::Plane;
 
 /// Points with what else is in their table.
 #[derive(Debug)]
@@ -15,6 +16,8 @@ pub struct Table {
     rows: Vec<String>,
     /// Each row's point and normal.
     pub probes: Vec<Probe>,
+    /// The work plane that they are the cells of.
+    pub plane: Option<Plane>,
 }
 
 /// Columns that every table has.
@@ -73,7 +76,7 @@ pub fn read(name: &str, text: &str) -> Result<Table, String> {
     if probes.is_empty() {
         return Err(format!("{name}: no points; each line after the first has to hold one"));
     }
-    Ok(Table { header: kept(&header), rows, probes })
+    Ok(Table { header: kept(&header), rows, probes, plane: None })
 }
 
 /// The point and the normal of a row.
@@ -133,7 +136,8 @@ pub fn grid(values: &[String]) -> Result<Table, String> {
         rows.push(format!("{i},{j},{}", numbers.join(",")));
         probes.push(Probe { point, normal });
     }
-    Ok(Table { header: format!("i,j,{}", NEEDED.join(",")), rows, probes })
+    let plane = Some(Plane { u, v, cells: [nu, nv] });
+    Ok(Table { header: format!("i,j,{}", NEEDED.join(",")), rows, probes, plane })
 }
 
 impl Table {

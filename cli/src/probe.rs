@@ -11,14 +11,16 @@ use hemicube::progress::Progress;
 use hemicube::report::Stage;
 use hemicube::scene::{Scene, luminance};
 use hemicube::staging::Model;
+use hemicube::tone::FalseColour;
 use hemicube::visibility::Bvh;
 
-use crate::args::{ClusterArg, EngineArg, Light, Probe};
+use crate::args::{ClusterArg, EngineArg, Light, Probe, UnitArg};
 use crate::dark::lamp_flag;
 use crate::doubts::of_balance;
 use crate::failure::Failure;
 use crate::input;
 use crate::outputs;
+use crate::plan::is_plan;
 use crate::points::{self, Table, error, number};
 use crate::render::{inputs, lit, say_details, set_threads, write_report};
 use crate::terminal::{Bar, catch_interrupts, print, print_data, say};
@@ -36,7 +38,15 @@ pub fn run(args: &Probe) -> Result<(), Failure> {
     set_threads(args.light.run.threads)?;
     let table = table(args)?;
     let scene = input::read(&args.input)?;
-    let files = [("-o", args.output.as_ref()), ("--report", args.light.run.report.as_ref())];
+    if let Some(path) = args.plan.as_ref().filter(|p| !is_plan(p)) {
+        let text = format!("{}: plans are written as .png, .jpg or .svg", path.display());
+        return Err(Failure::Input(text));
+    }
+    let files = [
+        ("-o", args.output.as_ref()),
+        ("--plan", args.plan.as_ref()),
+        ("--report", args.light.run.report.as_ref()),
+    ];
     outputs::check(&files, inputs(&scene, &args.input, &args.light).chain(&args.points))?;
     let quiet = args.light.run.quiet;
     input::say_findings(&scene, quiet);
@@ -64,6 +74,12 @@ pub fn run(args: &Probe) -> Result<(), Failure> {
             print(&path.display().to_string());
         }
         None => print_data(text.trim_end()),
+    }
+    if let Some((path, plane)) = args.plan.as_ref().zip(table.plane) {
+        let unit = args.false_colour.unwrap_or(UnitArg::Lux).text().into();
+        let colours = FalseColour { range: args.range, unit };
+        plane.write(path, &found, &colours).map_err(Failure::failed)?;
+        print(&path.display().to_string());
     }
     solution.report.stages.push(Stage { name: "points", seconds });
     if !quiet {

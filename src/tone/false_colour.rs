@@ -3,6 +3,8 @@
 //! The colours are those of viridis (Smith & van der Walt 2015), which is uniform in what people
 //! perceive, and rises in lightness: a print in grey still tells more from less.
 
+use std::collections::HashSet;
+
 use super::glyphs;
 use crate::render::Picture;
 use crate::scene::Rgb;
@@ -62,9 +64,9 @@ const NOTHING: [f32; 3] = [0.03; 3];
 const INK: [f32; 3] = [1.0; 3];
 const PAPER: [f32; 3] = [0.0; 3];
 
-/// Least pixels of a line of equal illuminance that has a number, and between two numbers.
-const LONG: usize = 40;
-const APART: f64 = 120.0;
+/// Least pixels of a line of equal illuminance that has a number, and between numbers.
+const LONG: usize = 60;
+const APART: f64 = 45.0;
 
 impl FalseColour {
     /// The range that a map is shown in.
@@ -120,15 +122,20 @@ impl FalseColour {
                 picture.pixels[y * width + x] = Self::colour(range, value);
             }
         }
+        let mut numbers = Vec::new();
         for &level in levels.iter().filter(|l| **l > range[0]) {
-            let line = line_of(map, level);
-            for &(x, y) in &line {
-                for i in 0..scale as i64 {
-                    glyphs::put(&mut picture, [x as i64 + i, y as i64], INK);
+            for line in lines_of(map, level) {
+                for &(x, y) in &line {
+                    for i in 0..scale as i64 {
+                        glyphs::put(&mut picture, [x as i64 + i, y as i64], INK);
+                    }
                 }
+                numbers.push((line, significant(level)));
             }
-            number(&mut picture, &line, &significant(level), scale, map.width);
         }
+        // Long lines have the first choice of a place.
+        numbers.sort_by_key(|(line, _)| std::cmp::Reverse(line.len()));
+        write_numbers(&mut picture, &numbers, scale, map.width);
         self.legend(&mut picture, (range, &levels), map.width, scale);
         picture
     }
@@ -187,30 +194,65 @@ fn line_of(map: &Map, level: f64) -> Vec<(usize, usize)> {
     line
 }
 
-/// Writes a line's number on it, here and there.
-fn number(picture: &mut Picture, line: &[(usize, usize)], text: &str, scale: usize, width: usize) {
-    if line.len() < LONG {
-        return;
-    }
-    let (w, h) = (glyphs::width(text, scale) as i64, glyphs::height(scale) as i64);
-    let mut placed: Vec<(usize, usize)> = Vec::new();
-    for &(x, y) in line.iter().skip(line.len() / 3).chain(line) {
-        let far = |p: &(usize, usize)| {
-            let [dx, dy] = [p.0 as f64 - x as f64, p.1 as f64 - y as f64];
-            dx.hypot(dy) > APART * scale as f64
-        };
-        let [left, top] = [x as i64 - w / 2, y as i64 - h / 2];
-        let fits =
-            left > 0 && top > 0 && left + w < width as i64 && top + h < picture.height as i64;
-        if fits && placed.iter().all(far) && placed.len() < 3 {
-            placed.push((x, y));
-            for v in -1..=h {
-                for u in -1..=w {
-                    glyphs::put(picture, [left + u, top + v], PAPER);
+/// The lines of a level, each of pixels that touch; what is as short as a step of stairs is none.
+fn lines_of(map: &Map, level: f64) -> Vec<Vec<(usize, usize)>> {
+    /// Least pixels of a line.
+    const LEAST: usize = 24;
+    let mut left: HashSet<(usize, usize)> = line_of(map, level).into_iter().collect();
+    let mut starts: Vec<(usize, usize)> = left.iter().copied().collect();
+    starts.sort_unstable();
+    let mut lines = Vec::new();
+    for start in starts {
+        if !left.remove(&start) {
+            continue;
+        }
+        let mut line = vec![start];
+        let mut next = 0;
+        while let Some(&(x, y)) = line.get(next) {
+            next += 1;
+            for v in y.saturating_sub(1)..=y + 1 {
+                for u in x.saturating_sub(1)..=x + 1 {
+                    line.extend(left.remove(&(u, v)).then_some((u, v)));
                 }
             }
-            glyphs::write(picture, text, [left, top], scale, INK);
         }
+        lines.extend((line.len() >= LEAST).then_some(line));
+    }
+    lines
+}
+
+/// Writes the numbers of lines on them, away from each other.
+fn write_numbers(
+    picture: &mut Picture,
+    lines: &[(Vec<(usize, usize)>, String)],
+    scale: usize,
+    width: usize,
+) {
+    let apart = APART * scale as f64;
+    let mut placed: Vec<(usize, usize)> = Vec::new();
+    for (line, text) in lines.iter().filter(|l| l.0.len() >= LONG) {
+        let (w, h) = (glyphs::width(text, scale) as i64, glyphs::height(scale) as i64);
+        let fits = |&&(x, y): &&(usize, usize)| {
+            let [left, top] = [x as i64 - w / 2, y as i64 - h / 2];
+            let far =
+                |p: &(usize, usize)| (p.0 as f64 - x as f64).hypot(p.1 as f64 - y as f64) > apart;
+            left > 0
+                && top > 0
+                && left + w < width as i64
+                && top + h < picture.height as i64
+                && placed.iter().all(far)
+        };
+        let Some(&(x, y)) = line.iter().skip(line.len() / 3).chain(line).find(fits) else {
+            continue;
+        };
+        placed.push((x, y));
+        let [left, top] = [x as i64 - w / 2, y as i64 - h / 2];
+        for v in -1..=h {
+            for u in -1..=w {
+                glyphs::put(picture, [left + u, top + v], PAPER);
+            }
+        }
+        glyphs::write(picture, text, [left, top], scale, INK);
     }
 }
 
