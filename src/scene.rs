@@ -1,6 +1,7 @@
 //! What the user gives: geometry, optics, lamps, sky, cameras, and what is doubtful about them.
 
 mod arrays;
+mod as_gltf;
 pub(crate) mod box_tree;
 mod builder;
 pub mod builtin;
@@ -31,6 +32,7 @@ pub mod photometry;
 pub(crate) mod planes;
 mod ply;
 mod polygon;
+pub(crate) mod reread;
 mod rgb;
 pub(crate) mod shares;
 mod soup;

@@ -344,8 +344,8 @@ pub struct Look {
 /// `hemicube render`.
 #[derive(Debug, Args)]
 pub struct Render {
-    /// The picture (.png .jpg; .exr .hdr: radiance); {camera} stands for the camera's name [default:
-    /// the scene's name with .png]
+    /// The picture (.png .jpg; .exr .hdr: radiance); {camera} stands for the camera's name
+    /// [default: the scene's name with .png]
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
 

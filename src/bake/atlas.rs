@@ -3,16 +3,35 @@
 use std::ops::Range;
 
 use glam::{DVec2, DVec3};
+use thiserror::Error;
 
 use super::charts::{Chart, Piece, charts, pieces};
 use super::pack::{GUTTER, pack};
-use super::{BakeError, MOST_TEXELS};
 use crate::patches::SurfacePoint;
-use crate::progress::Progress;
+use crate::progress::{Cancelled, Progress};
 use crate::render::raster::{BAND, Gathered, Raster};
 use crate::render::spots::{Sample, Seen};
 use crate::scene::{Scene, Side, TriangleId};
 use crate::visibility::ItemBuffer;
+
+/// Most texels of an atlas across or down: what every reader takes.
+pub const MOST_TEXELS: usize = 8192;
+
+/// Why nothing was baked.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum BakeError {
+    /// The atlas would be too large.
+    #[error(
+        "an atlas of {} x {} texels cannot be made; {MOST_TEXELS} x {MOST_TEXELS} can", .0[0], .0[1]
+    )]
+    Atlas([usize; 2]),
+    /// No surface exchanges light.
+    #[error("there is nothing to bake: no surface exchanges light")]
+    Nothing,
+    /// The caller cancelled.
+    #[error("cancelled")]
+    Cancelled(#[from] Cancelled),
+}
 
 /// Samples along a side of a texel: an odd number, so that one lies in its middle.
 const N: usize = 5;
@@ -129,11 +148,6 @@ impl Raster for Texels<'_> {
 
     fn facing(&self, _: &Sample) -> f64 {
         1.0
-    }
-
-    /// A texel is seen from near by.
-    fn patience(&self) -> usize {
-        1
     }
 }
 

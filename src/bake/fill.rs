@@ -2,8 +2,9 @@
 
 use super::atlas::Atlas;
 
-/// Fills the uncovered texels of each chart and of the gutter around it, ring by ring, with the mean
-/// of those beside them. Covered ones stay as they are, and nothing passes from chart to chart.
+/// Fills the uncovered texels of each chart and of the gutter around it, ring by ring, with the
+/// mean of those beside them. Covered ones stay as they are, and nothing passes from chart to
+/// chart.
 pub(super) fn fill(atlas: &Atlas, covered: &[bool], texels: &mut [&mut Vec<[f32; 3]>]) {
     let width = atlas.size[0];
     for chart in 0..atlas.charts.len() {

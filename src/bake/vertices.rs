@@ -7,27 +7,11 @@ use std::collections::HashSet;
 
 use glam::{DVec2, DVec3};
 
-use super::{Bake, Piece};
+use super::baked::Bake;
+use super::charts::Piece;
+use super::facet::Facet;
 use crate::patches::at_barycentric;
-use crate::scene::{Rgb, Side, TriangleId, luminance};
-
-/// A triangle of a baked model.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Facet {
-    /// The source triangle that it is of.
-    pub triangle: TriangleId,
-    /// The side of it.
-    pub side: Side,
-    /// Corners in the coordinates `uv` of the source triangle, counter-clockwise seen from its
-    /// front.
-    pub corners: [DVec2; 3],
-    /// Corners in the atlas, 0..1, from its upper left.
-    pub atlas: [DVec2; 3],
-    /// Number of its chart.
-    pub chart: u32,
-    /// Radiance at the corners, W/(m² sr) or cd/m².
-    pub radiance: [[f32; 3]; 3],
-}
+use crate::scene::{Rgb, luminance};
 
 /// Light that a mesh may be off by, as a share of the mean.
 const OFF: f64 = 0.02;
@@ -83,11 +67,11 @@ impl Bake<'_> {
             }
             let off = |at: DVec2, said: Rgb| luminance((self.read(at) - said).abs()) > most;
             let edges = self.edges(piece);
-            for k in 0..3 {
+            for (k, edge) in edges.iter().enumerate() {
                 let (a, b) = (k, (k + 1) % 3);
                 let at = |t: f64| piece.texels[a].lerp(piece.texels[b], t);
                 if PLACES.iter().any(|&t| off(at(t), ends[a].lerp(ends[b], t))) {
-                    split.insert(edges[k]);
+                    split.insert(*edge);
                 }
             }
             let inner = (1..6).flat_map(|i| (1..6 - i).map(move |j| (i, j))).any(|(i, j)| {

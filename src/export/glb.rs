@@ -2,6 +2,7 @@
 
 mod buffers;
 mod materials;
+mod mode;
 mod model;
 
 use std::path::Path;
@@ -13,24 +14,12 @@ use super::png::encode_png;
 use super::target::write_whole;
 use crate::bake::{Bake, Facet};
 use crate::scene::original::Original;
+use crate::scene::reread::original;
 use crate::scene::{Scene, luminance};
 use crate::tone::srgb;
 use buffers::Buffers;
 use materials::Variants;
-
-/// How a model carries its light.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum BakeMode {
-    /// What is seen, in one texture (`KHR_materials_unlit`).
-    Unlit,
-    /// Radiance at vertices, on a mesh that is refined where light asks for it.
-    Vertex,
-    /// Irradiance in a second set of texture coordinates (`MOZ_lightmap`); materials stay.
-    Lightmap {
-        /// Whether lamps without extent stay, as their direct light is not in it.
-        keeps_lamps: bool,
-    },
-}
+pub use mode::BakeMode;
 
 /// What was written.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -52,7 +41,7 @@ pub fn write_glb(
     mode: BakeMode,
 ) -> Result<Baked, ExportError> {
     let encode = |message: String| ExportError::Encode { path: path.to_path_buf(), message };
-    let original = crate::scene::original::original(scene).map_err(|e| encode(e.to_string()))?;
+    let original = original(scene).map_err(|e| encode(e.to_string()))?;
     let facets = match mode {
         BakeMode::Vertex => bake.refined(),
         _ => bake.facets(),

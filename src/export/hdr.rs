@@ -1,5 +1,5 @@
-//! Radiance pictures (`.hdr`, RGBE): linear light, three mantissas and a shared exponent (Ward 1991,
-//! "Real pixels").
+//! Radiance pictures (`.hdr`, RGBE): linear light, three mantissas and a shared exponent (Ward
+//! 1991, "Real pixels").
 
 use std::fmt::Write;
 use std::path::Path;

@@ -16,7 +16,7 @@ pub fn write_png(path: &Path, picture: &Picture) -> Result<(), ExportError> {
 }
 
 /// Rows of pixels of three bytes each, encoded.
-pub(super) fn encode_png(
+pub(in crate::export) fn encode_png(
     [width, height]: [usize; 2],
     bytes: &[u8],
 ) -> Result<Vec<u8>, png::EncodingError> {

@@ -89,8 +89,8 @@ impl Gatherer<'_> {
         Table::new(rays, self.seed(), LANES)
     }
 
-    /// Direct irradiance from emitters, and from `lamps` if they count, at points that lie together,
-    /// and the variance of its luminance.
+    /// Direct irradiance from emitters, and from `lamps` if they count, at points that lie
+    /// together, and the variance of its luminance.
     /// `spread` gives places (m) that a point stands for, by its number and a point of the unit
     /// square.
     pub(crate) fn direct(

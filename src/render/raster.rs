@@ -32,11 +32,6 @@ pub(crate) trait Raster: Sync {
     /// Width of a cell where a sample is, m.
     fn width(&self, sample: &Sample) -> f64;
 
-    /// How many times more rays than a pixel a cell may have where it shares none with others.
-    fn patience(&self) -> usize {
-        1
-    }
-
     /// The cosine at which a sample is seen.
     fn facing(&self, sample: &Sample) -> f64;
 }
@@ -90,8 +85,7 @@ impl<'a> Gathered<'a> {
     ) -> Result<(), Cancelled> {
         let [w, h, n] = raster.size();
         let noise = self.gatherer.noise();
-        let tables: Vec<Table> =
-            looks(noise, raster.patience()).map(|rays| self.gatherer.table(rays)).collect();
+        let tables: Vec<Table> = looks(noise).map(|rays| self.gatherer.table(rays)).collect();
         let margin = WIDEST as usize;
         let slab = (HELD / w).saturating_sub(2 * margin).max(margin).next_multiple_of(BAND);
         for from in (0..h).step_by(slab) {

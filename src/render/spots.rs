@@ -143,10 +143,9 @@ const LOOKS: [usize; 2] = [16, 128];
 /// Most rays of a look.
 const MOST: f64 = 4096.0;
 
-/// The rays of looks that bring about a noise (a share), `more` times as many where they are needed.
-pub(super) fn looks(noise: f64, more: usize) -> impl Iterator<Item = usize> {
-    let usual = (LOOKS[1] * more) as f64;
-    let most = (usual * (NOISE / noise).powi(2)).clamp(usual, MOST.max(usual)) as usize;
+/// The rays of looks that bring about a noise (a share).
+pub(super) fn looks(noise: f64) -> impl Iterator<Item = usize> {
+    let most = (LOOKS[1] as f64 * (NOISE / noise).powi(2)).clamp(LOOKS[1] as f64, MOST) as usize;
     std::iter::successors(Some(LOOKS[0]), |rays| Some(2 * rays)).take_while(move |r| *r <= most)
 }
 
@@ -348,8 +347,8 @@ impl<'a> Gathering<'a> {
     }
 }
 
-/// The reach of spots is no more than that of one beside them, and the way there: few rays miss what
-/// is thin, and then too few would be cast.
+/// The reach of spots is no more than that of one beside them, and the way there: few rays miss
+/// what is thin, and then too few would be cast.
 fn bound_reaches(spots: &mut [Spot], of: &[usize]) {
     /// Pixels apart.
     const BESIDE: f64 = 3.0;

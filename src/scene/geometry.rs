@@ -266,6 +266,7 @@ mod tests {
             surface_of: vec![0; 2],
             surfaces: vec![],
             face_of: vec![],
+            cut_faces: BTreeMap::new(),
             whole_from: None,
         };
         g.flag_flaws();

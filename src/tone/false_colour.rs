@@ -14,8 +14,8 @@ use crate::units::significant;
 /// How a map of illuminance is coloured.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FalseColour {
-    /// The illuminances of the darkest and the brightest colour; `None`: from 0 to beyond all but the
-    /// brightest 1 % of what is seen.
+    /// The illuminances of the darkest and the brightest colour; `None`: from 0 to beyond all but
+    /// the brightest 1 % of what is seen.
     pub range: Option<[f64; 2]>,
     /// The unit that numbers have: `lx` or `W/m²`.
     pub unit: String,

@@ -78,7 +78,12 @@ pub fn files_below(folder: &Path) -> Vec<std::path::PathBuf> {
     while let Some(folder) = folders.pop() {
         for entry in fs::read_dir(folder).into_iter().flatten() {
             let path = entry.unwrap().path();
-            if path.is_dir() { folders.push(path) } else { files.push(path) }
+            let is_ours = !path.ends_with("node_modules");
+            if !path.is_dir() {
+                files.push(path);
+            } else if is_ours {
+                folders.push(path);
+            }
         }
     }
     files

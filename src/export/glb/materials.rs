@@ -4,8 +4,9 @@ use std::collections::BTreeSet;
 
 use serde_json::{Map, Value, json};
 
-use super::BakeMode;
 use super::buffers::Buffers;
+use super::mode::BakeMode;
+use crate::export::png::encode_png;
 
 /// The filters and wrapping of an atlas: no mipmaps, which would mix charts.
 const LINEAR: u32 = 9729;
@@ -147,7 +148,7 @@ pub(super) fn images(
 }
 
 fn grey() -> Vec<u8> {
-    super::encode_png([1, 1], &[188; 3]).unwrap_or_default()
+    encode_png([1, 1], &[188; 3]).unwrap_or_default()
 }
 
 fn kind(bytes: &[u8]) -> Option<&'static str> {

@@ -5,9 +5,9 @@ use std::collections::{BTreeMap, HashMap};
 use glam::DVec3;
 use serde_json::{Map, Value, json};
 
-use super::BakeMode;
 use super::buffers::Buffers;
 use super::materials::Variants;
+use super::mode::BakeMode;
 use crate::bake::Facet;
 use crate::patches::at_barycentric;
 use crate::scene::original::{FirstFace, Mesh, SurfaceMesh};
@@ -24,6 +24,9 @@ struct Corner {
     atlas: [f32; 2],
     radiance: [f32; 3],
 }
+
+/// What tells vertices apart: those of a corner, in bits.
+type Key = ([u32; 3], [u64; 3], Side, [u32; 2], [u32; 3]);
 
 /// Writes the vertices and triangles of all surfaces; `scale` is what a value of 1 stands for on a
 /// facet.
@@ -73,7 +76,7 @@ pub(super) fn meshes(
 fn corners(g: &Geometry, surface: &SurfaceMesh, facets: &[&Facet]) -> (Vec<Corner>, Vec<u32>) {
     let mut corners = Vec::new();
     let mut indices = Vec::new();
-    let mut known: HashMap<([u32; 3], [u64; 3], Side, [u32; 2], [u32; 3]), u32> = HashMap::new();
+    let mut known: HashMap<Key, u32> = HashMap::new();
     for facet in facets {
         let face = g.face(facet.triangle);
         let Some(vertices) = surface.corners(face) else { continue };

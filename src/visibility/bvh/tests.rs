@@ -41,6 +41,7 @@ fn geometry(vertices: Vec<DVec3>, triangles: Vec<[u32; 3]>) -> Geometry {
         surface_of: vec![0; n],
         surfaces: Vec::new(),
         face_of: vec![],
+        cut_faces: std::collections::BTreeMap::new(),
         whole_from: None,
     };
     g.flag_flaws();

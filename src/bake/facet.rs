@@ -1,0 +1,23 @@
+//! Triangles of a baked model.
+
+use glam::DVec2;
+
+use crate::scene::{Side, TriangleId};
+
+/// A triangle of a baked model.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Facet {
+    /// The source triangle that it is of.
+    pub triangle: TriangleId,
+    /// The side of it.
+    pub side: Side,
+    /// Corners in the coordinates `uv` of the source triangle, counter-clockwise seen from its
+    /// front.
+    pub corners: [DVec2; 3],
+    /// Corners in the atlas, 0..1, from its upper left.
+    pub atlas: [DVec2; 3],
+    /// Number of its chart.
+    pub chart: u32,
+    /// Radiance at the corners, W/(m² sr) or cd/m².
+    pub radiance: [[f32; 3]; 3],
+}
