@@ -9,7 +9,7 @@ use super::atlas::{Atlas, BakeError, Texels};
 use super::charts::Piece;
 use super::facet::Facet;
 use super::fill;
-use crate::gather::{Place, Probe};
+use crate::gather::Probe;
 use crate::progress::Progress;
 use crate::render::raster::BAND;
 use crate::render::{Renderer, Sight};
@@ -79,7 +79,7 @@ impl<'a> Bake<'a> {
         let is_covered = |piece: &Piece| {
             let point = piece.point(DVec3::splat(1.0 / 3.0)).position(g);
             let probe = Probe { point, normal: g.normal(piece.triangle, piece.side) };
-            gathered.gatherer.at(probe, u64::from(piece.triangle.0)).place == Place::Covered
+            gathered.gatherer.is_enclosed(probe, u64::from(piece.triangle.0))
         };
         let atlas = Atlas::new(scene, texel, counts(scene, solution), is_covered, progress)?;
         if atlas.pieces.is_empty() {

@@ -86,6 +86,21 @@ impl Gatherer<'_> {
         }
     }
 
+    /// Whether a point lies within a solid, or under one: it sees hardly anything but backs, and
+    /// hardly any light.
+    pub(crate) fn is_enclosed(&self, probe: Probe, index: u64) -> bool {
+        /// Share of rays that meet backs.
+        const BACKS: f64 = 0.9;
+        /// Of the mean irradiance; what leaks in at contacts is less.
+        const DIM: f64 = 0.02;
+        let start = probe.point + probe.normal * (CLEARANCE * self.bvh.scale());
+        let hits = self.cast(start, probe.normal, index, &self.tables[0]);
+        let items = hits.iter().flat_map(|h| h.item);
+        let backs = items.filter(|&i| i != NOTHING && i & 1 == 1).count();
+        backs as f64 > BACKS * (SETS * hits.len()) as f64
+            && luminance(self.at(probe, index).irradiance) < DIM * self.mean()
+    }
+
     /// Irradiance at a point by the rays of look `k`, and what the solution adds to its error.
     fn look_from(&self, probe: Probe, index: u64, k: usize) -> (Estimate, Rgb) {
         let table = &self.tables[k];
