@@ -10,10 +10,11 @@ use super::charts::Piece;
 use super::facet::Facet;
 use super::fill;
 use crate::gather::Probe;
+use crate::patches::PatchId;
 use crate::progress::Progress;
 use crate::render::raster::BAND;
 use crate::render::{Renderer, Sight};
-use crate::scene::{Rgb, Scene, Side, TriangleId};
+use crate::scene::{Rgb, Scene, Side, TriangleId, luminance};
 use crate::solution::Solution;
 
 /// Texels of an atlas, about, unless a size is given.
@@ -41,17 +42,25 @@ pub fn usual_texel(scene: &Scene, solution: &Solution) -> f64 {
     (area / USUAL_TEXELS).sqrt()
 }
 
-/// Whether a side counts: fronts do, and backs that light was found to reach or to come from, which
-/// may stand in for a front that it was not. Others lie within solids, or look out of the model.
+/// Whether a side counts: fronts do, and backs that light reaches or comes from, which may stand in
+/// for a front that it does not. Others lie within solids, or look out of the model.
 fn counts<'a>(
     scene: &'a Scene,
     solution: &'a Solution,
 ) -> impl Fn(TriangleId, Side) -> bool + Sync + 'a {
+    /// Of the mean irradiance; what leaks into solids at contacts is less.
+    const DARK: f64 = 0.01;
     let g = &scene.geometry;
+    let light = move |p: PatchId| luminance(solution.irradiance[p.index()]);
+    let lit = || solution.patches.ids().filter(|p| solution.usable[p.index()]);
+    let mean = lit().map(light).sum::<f64>() / lit().count().max(1) as f64;
     let reached = move |t, side| {
         g.exchanges(t, side)
             && (scene.optics.emission(t, side) != Rgb::ZERO
-                || solution.patches.of_side(t, side).any(|p| solution.usable[p.index()]))
+                || solution
+                    .patches
+                    .of_side(t, side)
+                    .any(|p| solution.usable[p.index()] && light(p) > DARK * mean))
     };
     move |t, side| match side {
         Side::Front => g.exchanges(t, side) && (reached(t, side) || !reached(t, Side::Back)),
@@ -76,12 +85,19 @@ impl<'a> Bake<'a> {
     ) -> Result<Self, BakeError> {
         let Some(gathered) = renderer.gathered_light() else { return Err(BakeError::Nothing) };
         let g = &scene.geometry;
+        let counts = counts(scene, solution);
+        // Where most sides that count are backs, faces are turned the wrong way.
+        let area = |side| {
+            let own = g.ids().filter(|&t| !g.is_whole(t) && counts(t, side));
+            own.map(|t| g.area(t)).sum::<f64>()
+        };
+        let is_wound = area(Side::Front) > area(Side::Back);
         let is_covered = |piece: &Piece| {
             let point = piece.point(DVec3::splat(1.0 / 3.0)).position(g);
             let probe = Probe { point, normal: g.normal(piece.triangle, piece.side) };
-            gathered.gatherer.is_enclosed(probe, u64::from(piece.triangle.0))
+            is_wound && gathered.gatherer.is_enclosed(probe, u64::from(piece.triangle.0))
         };
-        let atlas = Atlas::new(scene, texel, counts(scene, solution), is_covered, progress)?;
+        let atlas = Atlas::new(scene, texel, &counts, is_covered, progress)?;
         if atlas.pieces.is_empty() {
             return Err(BakeError::Nothing);
         }
@@ -123,6 +139,7 @@ impl<'a> Bake<'a> {
                 });
         })?;
         fill::fill(&atlas, &covered, &mut [&mut irradiance, &mut shown]);
+        fill::lend(&atlas, g, &covered, &mut [&mut irradiance, &mut shown]);
         Ok(Self { renderer, scene, atlas, irradiance, shown })
     }
 

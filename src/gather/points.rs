@@ -86,13 +86,13 @@ impl Gatherer<'_> {
         }
     }
 
-    /// Whether a point lies within a solid, or under one: it sees hardly anything but backs, and
-    /// hardly any light.
+    /// Whether a point lies within a solid, or under one: it sees backs for the most part, and
+    /// little light.
     pub(crate) fn is_enclosed(&self, probe: Probe, index: u64) -> bool {
         /// Share of rays that meet backs.
-        const BACKS: f64 = 0.9;
+        const BACKS: f64 = 0.7;
         /// Of the mean irradiance; what leaks in at contacts is less.
-        const DIM: f64 = 0.02;
+        const DIM: f64 = 0.2;
         let start = probe.point + probe.normal * (CLEARANCE * self.bvh.scale());
         let hits = self.cast(start, probe.normal, index, &self.tables[0]);
         let items = hits.iter().flat_map(|h| h.item);
