@@ -54,6 +54,8 @@ pub(crate) struct Atlas {
     /// The tiles that may have texels in each band of rows, first those of pieces of charts.
     in_band: Vec<Vec<u32>>,
     tiles: Vec<Tile>,
+    /// The chart of each texel; of those of none, one more than there are.
+    chart_of: Vec<u32>,
 }
 
 impl Atlas {
@@ -104,8 +106,16 @@ impl Atlas {
                 .into_iter()
                 .for_each(|b| in_band[b].push(i as u32));
         }
-        let charts = places.into_iter().zip(sizes).map(|(place, size)| [place, size]).collect();
-        Ok(Self { size, texel, pieces, charts, in_band, tiles })
+        let charts: Vec<[[usize; 2]; 2]> =
+            places.into_iter().zip(sizes).map(|(place, size)| [place, size]).collect();
+        let mut chart_of = vec![charts.len() as u32; size[0] * size[1]];
+        for (number, chart) in charts.iter().enumerate() {
+            let ([left, top], [across, down]) = outer(*chart);
+            for row in chart_of.chunks_mut(size[0]).skip(top).take(down) {
+                row[left..left + across].fill(number as u32);
+            }
+        }
+        Ok(Self { size, texel, pieces, charts, in_band, tiles, chart_of })
     }
 
     /// Corner and size of a chart's rectangle with the gutter around it.
@@ -144,6 +154,10 @@ impl Raster for Texels<'_> {
 
     fn width(&self, _: &Sample) -> f64 {
         self.atlas.texel
+    }
+
+    fn sheet(&self, [x, y]: [usize; 2]) -> u32 {
+        self.atlas.chart_of[y * self.atlas.size[0] + x]
     }
 
     fn facing(&self, _: &Sample) -> f64 {

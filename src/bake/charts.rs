@@ -189,12 +189,14 @@ pub(super) fn charts(scene: &Scene, pieces: &mut [Piece], most: f64) -> Vec<Char
             pieces[p as usize].chart = number;
         }
         let goes_on = |a: u32, b: u32| normals[a as usize].dot(normals[b as usize]) > TURN;
-        let apron = apron(&pieces_of, &beside, goes_on);
+        // What is covered is no way to anywhere.
+        let open: Vec<u32> = pieces_of.iter().copied().filter(|p| !covered[*p as usize]).collect();
+        let goes_on = |a, b: u32| goes_on(a, b) && !covered[b as usize];
+        let apron = apron(&open, &beside, goes_on);
         let flat = |p: u32| growing.flat_of(pieces[p as usize].positions(g));
         let apron: Vec<_> = apron
             .into_iter()
             .map(|p| (p, flat(p)))
-            .filter(|(p, _)| !covered[*p as usize])
             .filter(|(p, f)| turned(f) * pieces[*p as usize].side.sign() > 0.0)
             .collect();
         all.push(growing.laid_out(pieces_of, apron));

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use rayon::prelude::*;
 
 use super::smooth::smooth;
-use super::spots::{Gathering, Light, NONE, Sample, Seen, Spots, WIDEST, looks};
+use super::spots::{Gathering, Light, NONE, Sample, Seen, Spot, Spots, WIDEST, looks};
 use crate::engines::sampling::Table;
 use crate::gather::{Calm, Gatherer};
 use crate::progress::{Cancelled, Progress};
@@ -31,6 +31,11 @@ pub(crate) trait Raster: Sync {
 
     /// Width of a cell where a sample is, m.
     fn width(&self, sample: &Sample) -> f64;
+
+    /// The sheet that a cell is of: those of different sheets share no light, near as they may lie.
+    fn sheet(&self, _: [usize; 2]) -> u32 {
+        0
+    }
 
     /// The cosine at which a sample is seen.
     fn facing(&self, sample: &Sample) -> f64;
@@ -159,11 +164,19 @@ impl<'a> Gathered<'a> {
         let mut of_sample = vec![NONE; rows * w * n * n];
         let mut squares = Vec::new();
         for left in (0..w).step_by(BAND) {
-            let mut spots = Vec::new();
-            for y in 0..rows {
-                for x in left..(left + BAND).min(w) {
+            let cells: Vec<[usize; 2]> =
+                (0..rows).flat_map(|y| (left..(left + BAND).min(w)).map(move |x| [x, y])).collect();
+            let sheet = |[x, y]: [usize; 2]| raster.sheet([x, band.start + y]);
+            let mut sheets: Vec<u32> = cells.iter().map(|c| sheet(*c)).collect();
+            sheets.sort_unstable();
+            sheets.dedup();
+            // The spots of each cell of the square, one sheet after another.
+            let mut of_cells: Vec<Vec<Spot>> = vec![Vec::new(); cells.len()];
+            for own in sheets {
+                let mut spots = Vec::new();
+                let mut ends = Vec::new();
+                for (i, &[x, y]) in cells.iter().enumerate().filter(|c| sheet(*c.1) == own) {
                     let cell = y * w + x;
-                    let before = spots.len();
                     gathering.cell(
                         &seen[cell],
                         (|s| raster.width(s), |s| raster.facing(s)),
@@ -171,10 +184,20 @@ impl<'a> Gathered<'a> {
                         &mut of_sample[cell * n * n..][..n * n],
                         &mut spots,
                     );
-                    counts[cell] = (spots.len() - before) as u32;
+                    ends.push((i, spots.len()));
+                }
+                spots.iter_mut().for_each(|s| s.sheet = own);
+                gathering.light(&mut spots);
+                let mut start = 0;
+                for (i, end) in ends {
+                    of_cells[i].extend_from_slice(&spots[start..end]);
+                    start = end;
                 }
             }
-            gathering.light(&mut spots);
+            for (&[x, y], spots) in cells.iter().zip(&of_cells) {
+                counts[y * w + x] = spots.len() as u32;
+            }
+            let spots: Vec<Spot> = of_cells.into_iter().flatten().collect();
             squares.push(spots);
         }
         let mut all = Spots { spots: Vec::new(), first: vec![0], of_sample };

@@ -19,6 +19,7 @@ use crate::scene::Rgb;
 /// Spots that lie together.
 #[derive(Debug, Clone, Copy)]
 struct Clump {
+    sheet: u32,
     point: DVec3,
     normal: DVec3,
     light: Rgb,
@@ -56,6 +57,7 @@ const FINE: f64 = 2.0;
 impl Clump {
     fn of(spot: &Spot) -> Self {
         Self {
+            sheet: spot.sheet,
             point: spot.point,
             normal: spot.normal,
             light: spot.reflected.irradiance,
@@ -71,7 +73,8 @@ impl Clump {
         let way = other.point - self.point;
         let near = SMOOTHED * self.reach.min(other.reach);
         let length = way.length();
-        length < near
+        self.sheet == other.sheet
+            && length < near
             && self.normal.distance(other.normal) < 0.5 * TURN
             && way.dot(self.normal).abs() < 0.5 * APART * length + 1e-9
     }
@@ -80,6 +83,7 @@ impl Clump {
         let rays = self.rays + other.rays;
         let (a, b) = (self.rays / rays, other.rays / rays);
         Self {
+            sheet: self.sheet,
             point: self.point * a + other.point * b,
             normal: (self.normal * a + other.normal * b).normalize_or(self.normal),
             light: self.light * a + other.light * b,
@@ -200,7 +204,8 @@ fn bound_reaches(spots: &mut Spots, across: usize) {
                             for other in of(v * across + u) {
                                 let way = other.point - spot.point;
                                 let length = way.length();
-                                if way.dot(spot.normal).abs() <= 0.1 * length
+                                if spot.sheet == other.sheet
+                                    && way.dot(spot.normal).abs() <= 0.1 * length
                                     && spot.normal.dot(other.normal) > 0.9
                                 {
                                     reach = reach.min(other.reach + length);
@@ -243,7 +248,11 @@ fn around(spot: &Spot, (x, y): (usize, usize), levels: &[Level]) -> (Rgb, f64) {
                 let height = way.dot(spot.normal) / (APART * radius);
                 let inside = [1.0 - d2, 1.0 - turn2, 1.0 - height * height];
                 let reach = SMOOTHED * c.reach * 1.5;
-                if inside.iter().any(|i| *i <= 0.0) || d2 * radius * radius > reach * reach {
+                let is_other = c.sheet != spot.sheet;
+                if is_other
+                    || inside.iter().any(|i| *i <= 0.0)
+                    || d2 * radius * radius > reach * reach
+                {
                     continue;
                 }
                 let weight = c.rays * inside.iter().map(|i| i * i).product::<f64>();
@@ -287,7 +296,8 @@ fn along(spot: &Spot, (x, y): (usize, usize), pixels: &Level) -> (Rgb, f64) {
             for c in pixels.of_pixel(u, v) {
                 let way = c.point - spot.point;
                 let ratio = c.near.reach / own.reach;
-                let is_alike = (1.0 / ALIKE..ALIKE).contains(&ratio)
+                let is_alike = c.sheet == spot.sheet
+                    && (1.0 / ALIKE..ALIKE).contains(&ratio)
                     && c.near.toward.dot(own.toward) > SAME_SIDE
                     && c.normal.distance(spot.normal) < 0.5 * TURN
                     && way.dot(spot.normal).abs() < 0.5 * spot.width;

@@ -19,6 +19,8 @@ pub(crate) struct Spot {
     pub point: DVec3,
     /// Unit normal.
     pub normal: DVec3,
+    /// Those of different sheets share no light.
+    pub sheet: u32,
     /// Irradiance straight from emitters and lamps, W/m² or lx, and the variance of its luminance.
     pub direct: (Rgb, f64),
     /// What arrives by way of other surfaces, by so many rays.
@@ -250,6 +252,7 @@ impl<'a> Gathering<'a> {
         Spot {
             point: s.position,
             normal: s.normal,
+            sheet: 0,
             direct: (Rgb::ZERO, 0.0),
             reflected: Reflected::default(),
             rays: 0,
