@@ -116,8 +116,8 @@ fn brightest(scene: &Scene, facets: &[Facet]) -> f64 {
     most.map_or(1.0, |f| f64::from(f.0)).max(f64::MIN_POSITIVE)
 }
 
-/// The irradiance that a texel of 1 stands for in a chart: a power of two beyond all but its
-/// brightest texels, so that eight bits are enough for the others.
+/// The irradiance that a texel of 1 stands for in a chart: the next power of the fourth root of two
+/// beyond all but its brightest texels, so that eight bits are enough for the others.
 fn intensity_of(bake: &Bake<'_>, chart: usize) -> f64 {
     /// Of the texels of a chart this share may be too bright.
     const CLIPPED: f64 = 0.002;
@@ -127,7 +127,7 @@ fn intensity_of(bake: &Bake<'_>, chart: usize) -> f64 {
     let at = ((1.0 - CLIPPED) * last as f64).round() as usize;
     let (_, most, _) = all.select_nth_unstable_by(at.min(last), f32::total_cmp);
     let most = f64::from(*most);
-    if most > 0.0 { most.log2().ceil().clamp(-60.0, 60.0).exp2() } else { 1.0 }
+    if most > 0.0 { ((4.0 * most.log2()).ceil() / 4.0).clamp(-60.0, 60.0).exp2() } else { 1.0 }
 }
 
 fn asset(json: &Map<String, Value>) -> Value {
