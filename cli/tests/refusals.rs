@@ -119,7 +119,7 @@ fn options_out_of_range() {
         (&["--up", "0,0,0"], &["--up"]),
         (&["--exposure", "bright"], &["--exposure"]),
         (&["--vfov", "180", "--patch-size", "2"], &["angle of view"]),
-        (&["-o", "picture.jpg"], &["picture.jpg", ".png"]),
+        (&["-o", "picture.bmp"], &["picture.bmp", ".png"]),
     ];
     for (args, parts) in cases {
         bench.run(&[&["render", "cornell-box"], *args].concat()).refused(parts);
