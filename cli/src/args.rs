@@ -1,5 +1,6 @@
 //! The command line.
 
+mod bake;
 mod factors;
 mod light;
 mod run;
@@ -12,12 +13,13 @@ use clap::error::ErrorKind;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use glam::DVec3;
 
+pub use bake::{Bake, ModeArg};
 pub use factors::{FaceSides, Factors, GroupArg, with_group};
 pub use light::{ClusterArg, DeviceArg, DrawChoice, EngineArg, Light, SolverChoice};
 pub use values::{MOST_RADIANCE, size, vector};
 use values::{
-    camera, direction, emission, exposure, lamp, length, photometry, point_rays, range,
-    reflectance, sun, threads,
+    camera, direction, emission, exposure, lamp, photometry, point_rays, range, reflectance, sun,
+    threads,
 };
 
 /// Reads the command line; ends the program where it says what is wrong or shows help.
@@ -49,7 +51,7 @@ pub enum Command {
     #[command(after_long_help = RENDER_EXAMPLES)]
     Render(Box<Render>),
     /// Write the model with its light baked into it, as binary glTF
-    #[command(after_long_help = BAKE_EXAMPLES)]
+    #[command(after_long_help = bake::EXAMPLES)]
     Bake(Box<Bake>),
     /// Measure irradiance at points or on a work plane, as CSV
     #[command(after_long_help = PROBE_EXAMPLES)]
@@ -76,15 +78,6 @@ const RENDER_EXAMPLES: &str = "Examples:
   hemicube render statue.glb --camera orbit:12 -o 'view-{camera}.jpg' --contact-sheet sheet.png
   hemicube render hall.glb --error 1% -v
   hemicube render statue.glb --sky 1,1,1.2 --exposure -1 --tone linear --report run.json";
-
-const BAKE_EXAMPLES: &str = "Examples:
-  hemicube bake house.glb -o house-lit.glb
-  hemicube bake room --mode vertex -o room.glb
-  hemicube bake house.glb --mode lightmap --texel 0.05 -o house-lit.glb
-
-unlit: what is seen, in one texture (KHR_materials_unlit). vertex: radiance as COLOR_0 times the
-scale in extras. lightmap: irradiance as MOZ_lightmap beside all materials; the same as floats in
-FILE.exr (E / pi), and where each node lies in it in FILE.json.";
 
 const PROBE_EXAMPLES: &str = "Examples:
   hemicube probe cornell-box --points points.csv -o out.csv
@@ -383,41 +376,6 @@ pub struct Render {
     /// Of what.
     #[command(flatten)]
     pub look: Look,
-}
-
-/// `hemicube bake`.
-#[derive(Debug, Args)]
-pub struct Bake {
-    /// The model with its light (.glb) [default: the scene's name with -baked.glb]
-    #[arg(short, long, value_name = "FILE.glb")]
-    pub output: Option<PathBuf>,
-
-    /// How the model carries its light
-    #[arg(long, value_enum, default_value_t = ModeArg::Unlit)]
-    pub mode: ModeArg,
-
-    /// Width of a texel on surfaces, in metres [default: one of about 260000 texels in all]
-    #[arg(long, value_name = "SIZE", value_parser = length)]
-    pub texel: Option<f64>,
-
-    /// lightmap: also the direct light of lamps, which are left out then
-    #[arg(long)]
-    pub direct: bool,
-
-    /// Of what.
-    #[command(flatten)]
-    pub look: Look,
-}
-
-/// `--mode`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum ModeArg {
-    /// One texture that shows what `render` shows
-    Unlit,
-    /// Colours of vertices, on a mesh that is fine where light changes
-    Vertex,
-    /// Irradiance in a second set of texture coordinates; materials stay
-    Lightmap,
 }
 
 /// `hemicube probe`.

@@ -14,6 +14,7 @@ use hemicube::units::significant;
 use hemicube::visibility::Bvh;
 
 use crate::args::{Bake as Args, Exposure, ModeArg};
+use crate::doubts::of_balance;
 use crate::failure::Failure;
 use crate::input;
 use crate::outputs;
@@ -115,6 +116,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         if mode == BakeMode::Unlit && look.exposure == Exposure::Auto {
             say(&format!("exposure: --exposure {stops:.2}"));
         }
+    }
+    if let Some(doubt) = of_balance(&solution.report).filter(|_| !run.quiet) {
+        say(&format!("warning: {doubt}"));
     }
     solution.report.stages.push(Stage { name: "bake", seconds });
     if run.verbose {

@@ -70,6 +70,9 @@ impl Atlas {
         let mut pieces = pieces(&scene.geometry, counts, is_covered, progress)?;
         let charts = charts(scene, &mut pieces, WIDEST * texel);
         let steps = |c: &Chart| (c.size / texel).ceil().max(DVec2::ONE);
+        if let Some(chart) = charts.iter().find(|c| steps(c).max_element() > MOST_TEXELS as f64) {
+            return Err(BakeError::Atlas(steps(chart).to_array().map(|n| n as usize)));
+        }
         let sizes: Vec<[usize; 2]> =
             charts.iter().map(|c| steps(c).to_array().map(|n| n as usize + 1)).collect();
         let (places, size) = pack(&sizes);

@@ -277,6 +277,9 @@ fn neighbours(scene: &Scene, pieces: &[Piece]) -> (Beside, Beside) {
 /// For each edge of each piece a piece beyond it.
 type Beside = Vec<[Option<u32>; 3]>;
 
+/// Pieces longer than so many squares of a chart's grid have charts of their own.
+const LONG: f64 = 64.0;
+
 /// Squares of a chart's grid along the longest edge of its first piece, at most.
 const SQUARES: f64 = 16.0;
 
@@ -339,7 +342,10 @@ impl Growing {
         let flat = self.flat_of(corners);
         let low = flat.iter().fold(self.low, |l, p| l.min(*p));
         let high = flat.iter().fold(self.high, |h, p| h.max(*p));
-        if (high - low).max_element() > most || turned(&flat) * side.sign() <= 0.0 {
+        // One that is far longer than the others would lie in too many squares of the grid.
+        let extent = flat[0].max(flat[1]).max(flat[2]) - flat[0].min(flat[1]).min(flat[2]);
+        let is_long = extent.max_element() > LONG * self.cell;
+        if is_long || (high - low).max_element() > most || turned(&flat) * side.sign() <= 0.0 {
             return false;
         }
         let lies_over = self.squares(&flat).any(|square| {

@@ -80,7 +80,7 @@ pub fn write_glb(
     let written =
         model::meshes(scene, &surfaces, &facets, (mode, scale_of), &mut variants, &mut buffers);
     model::place(&mut json, written);
-    materials::light(&mut json, mode, &variants);
+    materials::light(&mut json, (mode, model::lightmap_set(&surfaces)), &variants);
     let mut all: Vec<Option<Vec<u8>>> = match mode {
         BakeMode::Lightmap { .. } => images.into_iter().map(|i| i.map(|i| i.to_vec())).collect(),
         _ => Vec::new(),

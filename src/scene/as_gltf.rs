@@ -64,7 +64,10 @@ pub(super) fn made(scene: &Scene) -> Original {
             first_face: FirstFace::Listed(listed),
             mirrored: false,
         });
-        nodes.push(json!({ "name": g.surfaces[k].name, "mesh": k }));
+        // What is of a stage is no node.
+        if !faces.is_empty() {
+            nodes.push(json!({ "name": g.surfaces[k].name, "mesh": k }));
+        }
     }
     let meshes: Vec<Value> = g.surfaces.iter().map(|s| json!({ "name": s.name })).collect();
     let materials: Vec<Value> = scene.optics.materials.iter().map(material).collect();

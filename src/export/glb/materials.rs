@@ -31,7 +31,11 @@ impl Variants {
 }
 
 /// Makes the materials in use show the light.
-pub(super) fn light(json: &mut Map<String, Value>, mode: BakeMode, variants: &Variants) {
+pub(super) fn light(
+    json: &mut Map<String, Value>,
+    (mode, set): (BakeMode, usize),
+    variants: &Variants,
+) {
     let texture = match mode {
         BakeMode::Lightmap { .. } => length(json, "textures"),
         _ => 0,
@@ -47,7 +51,7 @@ pub(super) fn light(json: &mut Map<String, Value>, mode: BakeMode, variants: &Va
                 own["extras"]["hemicube"] = json!({ "scale": intensity });
                 own
             }
-            BakeMode::Lightmap { .. } => lightmapped(&own, texture, *intensity),
+            BakeMode::Lightmap { .. } => lightmapped(&own, (texture, set), *intensity),
         }
     };
     json.insert("materials".into(), variants.used.iter().map(variant).collect());
@@ -86,7 +90,7 @@ fn unlit(material: &Value, mut pbr: Value) -> Value {
 }
 
 /// The same material with a lightmap.
-fn lightmapped(material: &Value, texture: usize, intensity: f64) -> Value {
+fn lightmapped(material: &Value, (texture, set): (usize, usize), intensity: f64) -> Value {
     let mut own = material.clone();
     if let Some(own) = own.as_object_mut() {
         // Each side has triangles of its own.
@@ -98,7 +102,7 @@ fn lightmapped(material: &Value, texture: usize, intensity: f64) -> Value {
         }
     }
     own["extensions"]["MOZ_lightmap"] =
-        json!({ "index": texture, "texCoord": 1, "intensity": intensity });
+        json!({ "index": texture, "texCoord": set, "intensity": intensity });
     own
 }
 

@@ -50,6 +50,7 @@ pub(super) fn meshes(
         let material = variants.number(if made { Some(own) } else { mesh.material }, scale);
         parts.entry((surface, material)).or_insert((scale, Vec::new())).1.push(facet);
     }
+    let set = lightmap_set(surfaces);
     let mut written = Written::new();
     for ((surface, material), (scale, facets)) in parts {
         let surface = &surfaces[surface];
@@ -57,7 +58,7 @@ pub(super) fn meshes(
         if indices.is_empty() {
             continue;
         }
-        let mut attributes = attributes(&surface.mesh, &corners, mode, buffers);
+        let mut attributes = attributes(&surface.mesh, &corners, (mode, set), buffers);
         if matches!(mode, BakeMode::Vertex) {
             let colours: Vec<[f32; 3]> =
                 corners.iter().map(|c| c.radiance.map(|r| r / scale as f32)).collect();
@@ -130,7 +131,7 @@ fn weights_in([a, b, c]: [DVec3; 3], p: DVec3) -> DVec3 {
 fn attributes(
     mesh: &Mesh,
     corners: &[Corner],
-    mode: BakeMode,
+    (mode, set): (BakeMode, usize),
     buffers: &mut Buffers,
 ) -> Map<String, Value> {
     let mut all = Map::new();
@@ -177,16 +178,25 @@ fn attributes(
         BakeMode::Vertex => {}
         BakeMode::Lightmap { .. } => {
             let coordinates = atlas(buffers);
-            // The second set must not be the only one.
-            all.entry("TEXCOORD_0").or_insert_with(|| coordinates.clone());
-            all.insert(LIGHTMAP_SET.into(), coordinates);
+            // Sets follow each other without a gap.
+            for k in 0..=set {
+                all.entry(texture_set(k)).or_insert_with(|| coordinates.clone());
+            }
         }
     }
     all
 }
 
-/// The texture coordinates of a lightmap.
-const LIGHTMAP_SET: &str = "TEXCOORD_1";
+fn texture_set(number: usize) -> String {
+    format!("TEXCOORD_{number}")
+}
+
+/// The set of texture coordinates that a lightmap has: the second, or the first that no surface has.
+pub(super) fn lightmap_set(surfaces: &[SurfaceMesh]) -> usize {
+    let has = |s: &SurfaceMesh, name: &str| s.mesh.attributes.iter().any(|a| a.name == name);
+    let is_free = |k: &usize| !surfaces.iter().any(|s| has(s, &texture_set(*k)));
+    (1..).find(is_free).unwrap_or(1)
+}
 
 fn turn_to_unit(value: &mut [f32], sign: f32) {
     let length = value.iter().map(|v| v * v).sum::<f32>().sqrt();

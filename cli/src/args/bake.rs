@@ -1,0 +1,53 @@
+//! `hemicube bake`.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+
+use super::Look;
+use super::values::length;
+
+/// Shown below the long help.
+pub const EXAMPLES: &str = "Examples:
+  hemicube bake house.glb -o house-lit.glb
+  hemicube bake room --mode vertex -o room.glb
+  hemicube bake house.glb --mode lightmap --texel 0.05 -o house-lit.glb
+
+unlit: what is seen, in one texture (KHR_materials_unlit). vertex: radiance as COLOR_0 times the
+scale in extras. lightmap: irradiance as MOZ_lightmap beside all materials; the same as floats in
+FILE.exr (E / pi), and where each node lies in it in FILE.json.";
+
+/// `hemicube bake`.
+#[derive(Debug, Args)]
+pub struct Bake {
+    /// The model with its light (.glb) [default: the scene's name with -baked.glb]
+    #[arg(short, long, value_name = "FILE.glb")]
+    pub output: Option<PathBuf>,
+
+    /// How the model carries its light
+    #[arg(long, value_enum, default_value_t = ModeArg::Unlit)]
+    pub mode: ModeArg,
+
+    /// Width of a texel on surfaces, in metres [default: one of about 260000 texels in all]
+    #[arg(long, value_name = "SIZE", value_parser = length)]
+    pub texel: Option<f64>,
+
+    /// lightmap: also the direct light of lamps, which are left out then
+    #[arg(long)]
+    pub direct: bool,
+
+    /// Of what.
+    #[command(flatten)]
+    pub look: Look,
+}
+
+/// `--mode`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ModeArg {
+    /// One texture that shows what `render` shows
+    Unlit,
+    /// Colours of vertices, on a mesh that is fine where light changes
+    Vertex,
+    /// Irradiance in a second set of texture coordinates; materials stay
+    Lightmap,
+}
