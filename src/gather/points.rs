@@ -94,11 +94,24 @@ impl Gatherer<'_> {
         /// Of the mean irradiance; what leaks in at contacts is less.
         const DIM: f64 = 0.2;
         let start = probe.point + probe.normal * (CLEARANCE * self.bvh.scale());
+        let receiver = self.emitters.point(start, probe.normal, index);
         let hits = self.cast(start, probe.normal, index, &self.tables[0]);
-        let items = hits.iter().flat_map(|h| h.item);
-        let backs = items.filter(|&i| i != NOTHING && i & 1 == 1).count();
-        backs as f64 > BACKS * (SETS * hits.len()) as f64
-            && luminance(self.at(probe, index).irradiance) < DIM * self.mean()
+        let rays = (SETS * hits.len()) as f64;
+        let (mut backs, mut light) = (0, 0.0);
+        for (hits, set) in hits.iter().flat_map(|h| (0..SETS).map(move |set| (h, set))) {
+            match self.met(hits, set, &receiver) {
+                Met::Sky => light += PI * luminance(self.scene.sky),
+                Met::Dark(side) => backs += usize::from(side == Side::Back),
+                Met::Surface { point, .. } => {
+                    backs += usize::from(point.side == Side::Back);
+                    let emission = self.scene.optics.emission(point.triangle, point.side);
+                    let known = self.patches.at(point).map(|p| self.solution.irradiance[p.index()]);
+                    let reflected = known.unwrap_or_default() * self.reflectance(point);
+                    light += luminance(emission + reflected);
+                }
+            }
+        }
+        backs as f64 > BACKS * rays && light < DIM * self.mean() * rays
     }
 
     /// Irradiance at a point by the rays of look `k`, and what the solution adds to its error.
