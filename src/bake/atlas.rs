@@ -67,7 +67,7 @@ impl Atlas {
         is_covered: impl Fn(&Piece) -> bool + Sync,
         progress: &dyn Progress,
     ) -> Result<Self, BakeError> {
-        let mut pieces = pieces(&scene.geometry, counts, is_covered, progress)?;
+        let mut pieces = pieces(&scene.geometry, counts, is_covered, texel, progress)?;
         let charts = charts(scene, &mut pieces, WIDEST * texel);
         let steps = |c: &Chart| (c.size / texel).ceil().max(DVec2::ONE);
         if let Some(chart) = charts.iter().find(|c| steps(c).max_element() > MOST_TEXELS as f64) {

@@ -64,8 +64,12 @@ pub(super) fn pieces(
     geometry: &Geometry,
     counts: impl Fn(TriangleId, Side) -> bool,
     is_covered: impl Fn(&Piece) -> bool + Sync,
+    texel: f64,
     progress: &dyn Progress,
 ) -> Result<Vec<Piece>, Cancelled> {
+    /// Parts shorter than so many texels, and those that are narrower than one, are not cut: texels
+    /// could not tell their parts apart.
+    const SHORT: f64 = 2.0;
     let contacts = ContactLines::find(geometry, progress)?;
     let own = |t: &TriangleId| geometry.is_solid(*t) && !geometry.is_whole(*t);
     let sides: Vec<(TriangleId, Side)> = geometry
@@ -77,7 +81,17 @@ pub(super) fn pieces(
     let parts_of = |&(triangle, side): &(TriangleId, Side)| {
         let number = side_index(triangle, side);
         let edges = [0, 1, 2].map(|k| contacts.on_edge(number, k));
-        Parts::new(contacts.on(number), edges)
+        let [a, b, c] = geometry.corners(triangle);
+        let area = geometry.area(triangle);
+        let is_small = |corners: &[DVec2]| {
+            let from = corners[0];
+            let way = |to: &DVec2| ((b - a) * (to.x - from.x) + (c - a) * (to.y - from.y)).length();
+            let long = corners.iter().map(way).fold(0.0, f64::max);
+            let turns = corners.windows(2).map(|w| (w[0] - from).perp_dot(w[1] - from));
+            let own = area * turns.sum::<f64>();
+            long < SHORT * texel || own < long * texel
+        };
+        Parts::new(contacts.on(number), edges, is_small)
     };
     let mut parts: Vec<Parts> = sides.par_iter().map(parts_of).collect();
     share_along_edges(geometry, &sides, &mut parts);

@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3};
 const ON: f64 = 1e-7;
 
 /// More parts than this are not made of a side.
-const MOST_PARTS: usize = 4096;
+const MOST_PARTS: usize = 1024;
 
 /// Parts whose corners are more than this are not searched for corners of others on their edges.
 const MOST_CORNERS: usize = 4096;
@@ -29,8 +29,13 @@ pub(super) type Cut = ([DVec2; 3], [bool; 3]);
 pub(super) struct Parts(Vec<Part>);
 
 impl Parts {
-    /// Cuts a side along lines; `edges` tells on which of its own something stands.
-    pub fn new(lines: impl IntoIterator<Item = [DVec2; 2]>, edges: [bool; 3]) -> Self {
+    /// Cuts a side along lines; `edges` tells on which of its own something stands. Parts that are
+    /// small, by their corners, are not cut any more.
+    pub fn new(
+        lines: impl IntoIterator<Item = [DVec2; 2]>,
+        edges: [bool; 3],
+        is_small: impl Fn(&[DVec2]) -> bool,
+    ) -> Self {
         let corners = vec![DVec2::ZERO, DVec2::X, DVec2::Y];
         let mut parts = vec![Part { corners, stood_on: edges.to_vec() }];
         for line in lines {
@@ -39,7 +44,11 @@ impl Parts {
             }
             let mut next = Vec::with_capacity(parts.len() + 2);
             for part in parts {
-                part.split(line, &mut next);
+                if is_small(&part.corners) {
+                    next.push(part);
+                } else {
+                    part.split(line, &mut next);
+                }
             }
             parts = next;
         }
@@ -287,7 +296,8 @@ mod tests {
         // A wall of two panels.
         lines.extend([[at(0.3, 0.3), at(0.35, 0.35)], [at(0.35, 0.35), at(0.4, 0.4)]]);
         for count in 0..=lines.len() {
-            let mut parts = Parts::new(lines[..count].iter().copied(), [true, false, false]);
+            let mut parts =
+                Parts::new(lines[..count].iter().copied(), [true, false, false], |_| false);
             assert!(parts.on_edge(0).len() >= usize::from(count > 0), "the wall's foot");
             (0..3).for_each(|k| parts.put_on_edge(k, &[0.25, 0.75]));
             let cuts = parts.triangles();
@@ -297,7 +307,7 @@ mod tests {
             }
         }
         // What stands on edges is as long as the lines on them, from both sides, and the own edge.
-        let stood_on: f64 = Parts::new(lines.iter().copied(), [true, false, false])
+        let stood_on: f64 = Parts::new(lines.iter().copied(), [true, false, false], |_| false)
             .triangles()
             .iter()
             .flat_map(|(c, s)| (0..3).map(move |k| (c[k].distance(c[(k + 1) % 3]), s[k])))

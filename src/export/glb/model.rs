@@ -191,7 +191,7 @@ fn texture_set(number: usize) -> String {
     format!("TEXCOORD_{number}")
 }
 
-/// The set of texture coordinates that a lightmap has: the second, or the first that no surface has.
+/// The set of texture coordinates of a lightmap: the second, or the next one that no surface has.
 pub(super) fn lightmap_set(surfaces: &[SurfaceMesh]) -> usize {
     let has = |s: &SurfaceMesh, name: &str| s.mesh.attributes.iter().any(|a| a.name == name);
     let is_free = |k: &usize| !surfaces.iter().any(|s| has(s, &texture_set(*k)));
