@@ -103,11 +103,10 @@ impl Atlas {
                 outer([places[tile.chart as usize], sizes[tile.chart as usize]]);
             let low = y[0].min(y[1]).min(y[2]).max(top as f64) as usize;
             let high = (y[0].max(y[1]).max(y[2]).max(0.0) as usize + 1).min(top + down);
-            (low.saturating_sub(1) / BAND..=high / BAND)
-                .filter(|b| *b < in_band.len())
-                .collect::<Vec<_>>()
-                .into_iter()
-                .for_each(|b| in_band[b].push(i as u32));
+            let last = (high / BAND).min(in_band.len() - 1);
+            for band in &mut in_band[low.saturating_sub(1) / BAND..=last] {
+                band.push(i as u32);
+            }
         }
         let charts: Vec<[[usize; 2]; 2]> =
             places.into_iter().zip(sizes).map(|(place, size)| [place, size]).collect();

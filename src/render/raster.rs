@@ -159,10 +159,9 @@ impl<'a> Gathered<'a> {
         let rows = band.len();
         let seen = raster.seen(&band, buffer);
         let mut gathering = Gathering::new(self.gatherer, &self.calm, self.lamps, tables);
-        // Square by square, so that rays that go together begin together.
-        let mut counts = vec![0_u32; rows * w];
         let mut of_sample = vec![NONE; rows * w * n * n];
-        let mut squares = Vec::new();
+        let mut of_cells: Vec<Vec<Spot>> = vec![Vec::new(); rows * w];
+        // Square by square, so that rays that go together begin together, and sheet by sheet.
         for left in (0..w).step_by(BAND) {
             let cells: Vec<[usize; 2]> =
                 (0..rows).flat_map(|y| (left..(left + BAND).min(w)).map(move |x| [x, y])).collect();
@@ -170,12 +169,10 @@ impl<'a> Gathered<'a> {
             let mut sheets: Vec<u32> = cells.iter().map(|c| sheet(*c)).collect();
             sheets.sort_unstable();
             sheets.dedup();
-            // The spots of each cell of the square, one sheet after another.
-            let mut of_cells: Vec<Vec<Spot>> = vec![Vec::new(); cells.len()];
             for own in sheets {
                 let mut spots = Vec::new();
                 let mut ends = Vec::new();
-                for (i, &[x, y]) in cells.iter().enumerate().filter(|c| sheet(*c.1) == own) {
+                for &[x, y] in cells.iter().filter(|c| sheet(**c) == own) {
                     let cell = y * w + x;
                     gathering.cell(
                         &seen[cell],
@@ -184,29 +181,20 @@ impl<'a> Gathered<'a> {
                         &mut of_sample[cell * n * n..][..n * n],
                         &mut spots,
                     );
-                    ends.push((i, spots.len()));
+                    ends.push((cell, spots.len()));
                 }
                 spots.iter_mut().for_each(|s| s.sheet = own);
                 gathering.light(&mut spots);
                 let mut start = 0;
-                for (i, end) in ends {
-                    of_cells[i].extend_from_slice(&spots[start..end]);
+                for (cell, end) in ends {
+                    of_cells[cell].extend_from_slice(&spots[start..end]);
                     start = end;
                 }
             }
-            for (&[x, y], spots) in cells.iter().zip(&of_cells) {
-                counts[y * w + x] = spots.len() as u32;
-            }
-            let spots: Vec<Spot> = of_cells.into_iter().flatten().collect();
-            squares.push(spots);
         }
         let mut all = Spots { spots: Vec::new(), first: vec![0], of_sample };
-        let mut taken = vec![0; squares.len()];
-        for (cell, count) in counts.iter().enumerate() {
-            let square = cell % w / BAND;
-            let from = taken[square];
-            taken[square] += *count as usize;
-            all.spots.extend_from_slice(&squares[square][from..taken[square]]);
+        for spots in of_cells {
+            all.spots.extend(spots);
             all.first.push(all.spots.len() as u32);
         }
         all
