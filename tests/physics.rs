@@ -56,7 +56,7 @@ impl Case {
     }
 
     fn balance(&self, h: &[Rgb]) -> EnergyBalance {
-        EnergyBalance::of(&self.system(), &self.emission, self.scene.sky, None, h)
+        EnergyBalance::of(&self.system(), &self.emission, self.scene.sky, &[], h)
     }
 }
 

@@ -1,6 +1,6 @@
 //! The choice of an engine, and what a report says of it.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::classical::Classical;
 use super::engine::{Engine, EngineError};
@@ -88,16 +88,16 @@ impl EngineOptions {
 }
 
 /// Which engine made the form factors.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct EngineReport {
     /// Its name.
-    pub name: &'static str,
+    pub name: String,
     /// The graphics device, if one made them; says so when it is one in software.
     pub device: Option<String>,
     /// Pixels along a hemicube's top.
     pub resolution: Option<usize>,
     /// What was projected.
-    pub draw: Option<&'static str>,
+    pub draw: Option<String>,
     /// Rays a row.
     pub samples: Option<usize>,
     /// RMS error of form factors aimed at, as a share of their RMS.
@@ -106,15 +106,17 @@ pub struct EngineReport {
 
 impl EngineReport {
     /// Of an engine of which nothing is known but its name.
-    pub(crate) fn named(name: &'static str) -> Self {
+    pub(crate) fn named(name: &str) -> Self {
+        let name = name.to_owned();
         Self { name, device: None, resolution: None, draw: None, samples: None, error: None }
     }
 
     fn hemicube(&mut self, options: &HemicubeOptions) {
         self.resolution = Some(options.resolution);
-        self.draw = Some(match options.draw {
+        let draw = match options.draw {
             Draw::Sources => "sources",
             Draw::Patches => "patches",
-        });
+        };
+        self.draw = Some(draw.to_owned());
     }
 }

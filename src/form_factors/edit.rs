@@ -1,5 +1,5 @@
-//! Rows that are stored as plain numbers ([`Weights::Each`]): looked at, and changed in the memory
-//! that they have.
+//! Rows that are looked at and changed in the memory that they have, where they are stored as plain
+//! numbers ([`Weights::Each`]), or thinned out.
 
 use std::sync::Arc;
 
@@ -15,6 +15,39 @@ use crate::patches::PatchId;
 pub(crate) type RowMut<'a> = (&'a [PatchId], &'a mut [f32]);
 
 impl FormFactors {
+    /// The blocks of rows in the order in which they were taken.
+    pub(crate) fn blocks(&self) -> impl Iterator<Item = &RowBlock> {
+        self.blocks.iter().map(|block| &**block)
+    }
+
+    /// The same rows with the entries of those patches alone that `keep` names. Accounts stay as
+    /// they are.
+    pub(crate) fn thinned(&self, keep: impl Fn(PatchId) -> bool + Sync) -> Self {
+        let of_block = |block: &Arc<RowBlock>| {
+            let kept = |k: usize| keep(block.columns[k]);
+            let mut starts = vec![0];
+            let (mut halves, mut entries) = (Vec::new(), Vec::new());
+            for (row, ends) in block.starts.windows(2).enumerate() {
+                let half = block.halves.get(row).copied();
+                let middle = half.unwrap_or(ends[1]);
+                entries.extend((ends[0]..middle).filter(|&k| kept(k)));
+                halves.extend(half.map(|_| entries.len()));
+                entries.extend((middle..ends[1]).filter(|&k| kept(k)));
+                starts.push(entries.len());
+            }
+            Arc::new(RowBlock {
+                ids: block.ids.clone(),
+                accounts: block.accounts.clone(),
+                starts,
+                halves,
+                columns: entries.iter().map(|&k| block.columns[k]).collect(),
+                weights: block.weights.of(&entries),
+            })
+        };
+        let blocks = self.blocks.par_iter().map(of_block).collect();
+        Self { blocks, place: self.place.clone(), ..*self }
+    }
+
     /// All rows by patch, their weights to be changed; patches without a row have an empty one, as
     /// have those whose weights are not [`Weights::Each`].
     pub(crate) fn plain_rows_mut(&mut self) -> Vec<RowMut<'_>> {

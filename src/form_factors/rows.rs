@@ -76,6 +76,15 @@ impl Weights {
         }
     }
 
+    /// Those of some entries.
+    pub(super) fn of(&self, entries: &[usize]) -> Self {
+        match self {
+            Self::Fixed(w) => Self::Fixed(entries.iter().map(|&k| w[k]).collect()),
+            Self::Each(w) => Self::Each(entries.iter().map(|&k| w[k]).collect()),
+            Self::Equal { rays, .. } => Self::Equal { entries: entries.len(), rays: *rays },
+        }
+    }
+
     /// Whether there is no entry.
     #[must_use]
     pub fn is_empty(&self) -> bool {

@@ -39,7 +39,7 @@ impl Matrix {
             scene: self.report.scene.clone(),
             fingerprint: hexadecimal(&geometry.fingerprint()),
             patch_size: self.report.patch_size,
-            engine: self.report.engine.as_ref().map_or("", |e| e.name).to_owned(),
+            engine: self.report.engine.as_ref().map_or("", |e| &e.name).to_owned(),
             enclosure: self.report.closure.is_some(),
             threshold: self.report.threshold.map_or(0.0, |t| t.below),
             lumped: false,

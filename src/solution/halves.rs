@@ -7,17 +7,17 @@ use crate::progress::Progress;
 use crate::scene::Rgb;
 use crate::solve::{SolveError, SolveOptions, System, solve_near};
 
-/// Irradiance as each half of the rays alone would give it, to the first order of their difference:
-/// by what each half finds that the light that it gathers should be, and by where that light then
-/// goes.
+/// Half of what irradiance would differ by if each half of the rays alone gave it, to the first
+/// order: by what each half finds that the light that it gathers should be, and by where that light
+/// then goes.
 pub(super) fn solve_halves(
     system: &System<'_>,
-    irradiance: &[Rgb],
     halves: &[FormFactors; 2],
     direct: &[DirectLight],
+    irradiance: &[Rgb],
     options: &LightOptions,
     progress: &dyn Progress,
-) -> Result<[Vec<Rgb>; 2], SolveError> {
+) -> Result<Vec<Rgb>, SolveError> {
     /// Differences of halves are no better than the noise that they tell of.
     const TOLERANCE: f64 = 1e-2;
     let [a, b] = [0, 1].map(|k| {
@@ -27,7 +27,5 @@ pub(super) fn solve_halves(
     let found: Vec<Rgb> = a.iter().zip(&b).map(|(a, b)| (*a - *b) * 0.5).collect();
     let system = System { direct: &found, ..*system };
     let solving = SolveOptions { tolerance: TOLERANCE, ..options.solve(true) };
-    let (spread, _) = solve_near(&system, &found, &solving, progress)?;
-    let side = |sign: f64| irradiance.iter().zip(&spread).map(|(h, s)| *h + *s * sign).collect();
-    Ok([side(1.0), side(-1.0)])
+    Ok(solve_near(&system, &found, &solving, progress)?.0)
 }

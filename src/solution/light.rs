@@ -1,32 +1,26 @@
 //! The conductor: from a scene to its solution.
 
-use std::f64::consts::PI;
 use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::dark::Rough;
+use super::balance::Balance;
 use super::error::LightError;
-use super::halves::solve_halves;
-use super::memory::{Mesh, check_memory};
-use super::options::{Adaptive, CLUSTERED_PATCHES, LightOptions};
-use crate::direct::{self, DirectLight, DirectOptions};
-use crate::engines::{AssembleError, Engine, EngineOptions, EngineReport, assemble_lit};
+use super::options::LightOptions;
+use super::transport::Transport;
+use crate::direct;
 use crate::form_factors::{Account, FormFactors, RowsReport};
-use crate::patches::{PatchId, Patches, side_index, warn_of_contacts};
+use crate::patches::{PatchId, Patches, side_index};
 use crate::progress::{Cancelled, Progress};
 use crate::reconstruct::Field;
-use crate::refine::factor::FactorRule;
-use crate::report::{Clock, Report, STORED};
+use crate::report::{Clock, Report};
 use crate::scene::{Rgb, Scene};
-use crate::solve::{EnergyBalance, System, solve};
-use crate::visibility::{Bvh, COVERED, uncover};
 
 /// A lit scene: patches and their irradiance.
 #[derive(Debug, Clone)]
 pub struct Solution {
     /// The patches.
-    pub patches: Patches,
+    pub patches: Arc<Patches>,
     /// Irradiance H of each, W/m² or lx.
     pub irradiance: Vec<Rgb>,
     /// Of that, what arrives by way of other surfaces, less an estimate of what lamp-like emitters
@@ -87,105 +81,9 @@ pub fn light(
     options: &LightOptions,
     progress: &dyn Progress,
 ) -> Result<Solution, LightError> {
-    if !options.engine.knows_environment() && scene.sky != Rgb::ZERO {
-        return Err(LightError::NoSky);
-    }
     let mut clock = Clock::start();
-    let bvh = Bvh::new(&scene.geometry);
-    progress.advance(0)?;
-    let (finest, patch_size) = subdivide(scene, options, progress)?;
-    warn_of_contacts(&finest, progress);
-    let finest = uncover(&scene.geometry, finest, &bvh, progress)?;
-    clock.lap("subdivide");
-    let Meshed { patches, factors, lamps, engine, foretold } =
-        form_factors(scene, finest, patch_size, &bvh, options, progress)?;
-    clock.lap("form factors");
-    let analytic = matches!(options.engine, EngineOptions::Rays(_)).then_some(options.direct);
-    let made = Made { patches, factors, bvh, analytic, patch_size, engine };
-    let mut solution = lit_by(scene, made, &lamps, options, clock, progress)?;
-    solution.report.foretold_memory_bytes = Some(foretold);
-    Ok(solution)
-}
-
-/// The finest mesh asked for, and the largest area of a patch to begin with, m².
-fn subdivide(
-    scene: &Scene,
-    options: &LightOptions,
-    progress: &dyn Progress,
-) -> Result<(Patches, f64), LightError> {
-    let geometry = &scene.geometry;
-    let cluster = options.clusters(geometry);
-    let patch_size = match (options.patch_size, options.adaptive) {
-        (Some(size), _) => size,
-        (None, None) if cluster => Patches::clustered_area(geometry, CLUSTERED_PATCHES),
-        (None, None) => Patches::area_adding(geometry, options.default_patches(geometry)),
-        // Adaptive subdivision begins with whole source triangles.
-        (None, Some(_)) => f64::INFINITY,
-    };
-    let finest = options.adaptive.map_or(patch_size, |a| a.min_area.min(patch_size));
-    let patches = if cluster {
-        Patches::clustered_heard(geometry, finest, &scene.optics.material_of, progress)?
-    } else {
-        Patches::uniform_heard(geometry, finest, progress)?
-    };
-    Ok((patches, patch_size))
-}
-
-/// A mesh, its form factors, and what each patch receives from lamps.
-struct Meshed {
-    patches: Patches,
-    factors: FormFactors,
-    lamps: Vec<Rgb>,
-    engine: EngineReport,
-    /// Bytes that it was foretold to take.
-    foretold: u64,
-}
-
-/// The form factors of the finest mesh, or of the adaptive one that coarsens it.
-fn form_factors(
-    scene: &Scene,
-    finest: Patches,
-    patch_size: f64,
-    bvh: &Bvh,
-    options: &LightOptions,
-    progress: &dyn Progress,
-) -> Result<Meshed, LightError> {
-    let geometry = &scene.geometry;
-    let mut engine = options.engine.engine(geometry, &finest, bvh, options.memory, progress)?;
-    let report = options.engine.report(&*engine);
-    let count = |size| {
-        let options = LightOptions { patch_size: Some(size), ..*options };
-        subdivide(scene, &options, progress).ok().map(|(patches, _)| patches.len())
-    };
-    let count: Option<&dyn Fn(f64) -> Option<usize>> =
-        if options.adaptive.is_none() { Some(&count) } else { None };
-    let mesh = Mesh { patches: &finest, patch_size, count };
-    let foretold = check_memory(&mut *engine, &mesh, options.method, options.memory)?;
-    let Some(Adaptive { max_factor, min_area }) = options.adaptive else {
-        let lamps = direct::from_lamps(scene, &finest, bvh);
-        let factors = rows(scene, (&finest, bvh), &lamps, &mut *engine, options, progress)?;
-        drop(engine);
-        return Ok(Meshed { patches: finest, factors, lamps, engine: report, foretold });
-    };
-    let rule = FactorRule { max_factor, min_area, start_area: Some(patch_size), balance: true };
-    progress.stage("form factors", 0);
-    let shared = Arc::new(finest.clone());
-    let refined = rule.refine(geometry, shared, &mut *engine, options.memory, progress)?;
-    let centres = engine.sees_from_centres();
-    drop(engine);
-    let patches = refined.patches;
-    let lamps = direct::from_lamps(scene, &patches, bvh);
-    // Rows from the centres of patches serve every mesh that has the same centres; rows from all
-    // over a patch do not.
-    let factors = if centres {
-        refined.factors
-    } else {
-        drop(refined.factors);
-        let mut engine =
-            options.engine.engine(geometry, &patches, bvh, options.memory, progress)?;
-        rows(scene, (&patches, bvh), &lamps, &mut *engine, options, progress)?
-    };
-    Ok(Meshed { patches, factors, lamps, engine: report, foretold })
+    let transport = Transport::of(scene, options, &mut clock, progress)?;
+    light_through(scene, transport, options, clock, progress)
 }
 
 /// Lights a scene by the form factors of patches that are there already.
@@ -197,166 +95,93 @@ pub fn light_by(
     progress: &dyn Progress,
 ) -> Result<Solution, LightError> {
     let clock = Clock::start();
-    warn_of_contacts(&patches, progress);
-    let bvh = Bvh::new(&scene.geometry);
-    let lamps = direct::from_lamps(scene, &patches, &bvh);
-    let patch_size = patches.ids().map(|i| patches.area(i)).fold(0.0, f64::max);
-    let engine = EngineReport::named(STORED);
-    let made = Made { patches, factors, bvh, analytic: None, patch_size, engine };
-    lit_by(scene, made, &lamps, options, clock, progress)
+    let transport = Transport::stored(scene, patches, factors, progress);
+    light_through(scene, transport, options, clock, progress)
 }
 
-/// What light goes by.
-struct Made {
-    patches: Patches,
-    factors: FormFactors,
-    bvh: Bvh,
-    /// How emitters are analytic, unless all light goes through the rows.
-    analytic: Option<DirectOptions>,
-    patch_size: f64,
-    engine: EngineReport,
-}
-
-/// Solves the balance of light by the form factors made.
-fn lit_by(
+fn light_through(
     scene: &Scene,
-    made: Made,
-    lamps: &[Rgb],
+    transport: Transport,
     options: &LightOptions,
     mut clock: Clock,
     progress: &dyn Progress,
 ) -> Result<Solution, LightError> {
-    let geometry = &scene.geometry;
-    let Made { patches, factors, bvh, analytic, patch_size, engine } = made;
-    let rho = direct::reflectance(&scene.optics, &patches);
-    let emission = direct::emission(&scene.optics, &patches);
-    let mut direct = match analytic {
-        Some(options) => {
-            progress.stage("direct light", 0);
-            let found = direct::analytic(scene, &patches, &factors, &bvh, options);
-            clock.lap("direct light");
-            found
-        }
-        None => direct::through_rows(&factors, &emission, scene.sky)
-            .into_iter()
-            .map(DirectLight::from)
-            .collect(),
-    };
-    for (direct, lamps) in direct.iter_mut().zip(lamps) {
-        *direct += *lamps;
-    }
-    let areas: Vec<f64> = patches.ids().map(|i| patches.own_area(i)).collect();
-    let all: Vec<Rgb> = direct.iter().map(|d| d.irradiance).collect();
-    let system = System { factors: &factors, rho: &rho, direct: &all, areas: &areas };
-    progress.stage("solve", 0);
-    let halves = factors.halves();
-    let solving = options.solve(halves.is_some());
-    let (irradiance, solved) = solve(&system, &solving, progress)?;
-    let halves = match halves {
-        Some(halves) => {
-            Some(solve_halves(&system, &irradiance, &halves, &direct, options, progress)?)
-        }
-        None => None,
-    };
-    let reflected = reflected(scene, &patches, &factors, &rho, &irradiance);
-    let reflected_halves = halves.as_ref().map(|halves| {
-        // What halves differ in, but for what arrives straight.
-        [0, 1].map(|k| {
-            let straight = |d: &DirectLight| (d.halves[k] - d.halves[1 - k]) * 0.5;
-            let all = |i: usize| halves[k][i] - irradiance[i];
-            let found = reflected.iter().zip(&direct).enumerate();
-            found.map(|(i, (r, d))| *r + all(i) - straight(d)).collect()
-        })
-    });
-    clock.lap("solve");
-
-    let usable: Vec<bool> =
-        patches.ids().map(|i| factors.has_row(i) && factors.account(i).back <= COVERED).collect();
-    let report = Report {
-        scene: scene.name.clone(),
-        source_triangles: geometry.len(),
-        patches: patches.len(),
-        clusters: patches.ids().filter(|&i| patches.is_cluster(i)).count(),
-        patch_size,
-        contacts_left_out: patches.contacts_left_out(),
-        engine: Some(engine),
-        rows: Some(rows_report(&factors, &areas)),
-        solve: Some(solved),
-        error: None,
-        picture_error: None,
-        energy: Some(EnergyBalance::of(&system, &emission, scene.sky, Some(lamps), &irradiance)),
-        stages: clock.stages,
-        foretold_memory_bytes: None,
-        peak_memory_bytes: None,
-    };
-    Ok(Solution { patches, irradiance, reflected, reflected_halves, usable, halves, report })
+    let lamps = &transport.lamps;
+    let balance = Balance::of(scene, &transport, lamps, options, &mut clock, progress)?;
+    let Transport { patches, factors, .. } = &transport;
+    let usable = transport.usable();
+    let mut solution = Solution::new(scene, Arc::clone(patches), factors, usable, balance);
+    let report = &mut solution.report;
+    report.patch_size = transport.mesh.patch_size;
+    report.rows = Some(rows_report(&transport));
+    report.engine = Some(transport.engine);
+    report.stages = clock.stages;
+    report.foretold_memory_bytes = transport.foretold;
+    Ok(solution)
 }
 
-/// What arrives at each patch by way of other surfaces and from the sky.
-fn reflected(
+impl Solution {
+    /// Light of a scene on patches. `factors` need know no more than which emitters each sees.
+    pub(crate) fn new(
+        scene: &Scene,
+        patches: Arc<Patches>,
+        factors: &FormFactors,
+        usable: Vec<bool>,
+        balance: Balance,
+    ) -> Self {
+        let Balance { irradiance, arrived, spread, energy, solved, .. } = balance;
+        let reflected = without_lamps(scene, &patches, factors, &irradiance, arrived);
+        let both = |middle: &[Rgb], off: &dyn Fn(usize) -> Rgb| {
+            [1.0, -1.0].map(|sign| {
+                middle.iter().enumerate().map(|(i, m)| *m + off(i) * sign).collect::<Vec<Rgb>>()
+            })
+        };
+        let halves = spread.as_ref().map(|[all, _]| both(&irradiance, &|i| all[i]));
+        // What halves differ in, but for what arrives straight.
+        let reflected_halves =
+            spread.as_ref().map(|[all, direct]| both(&reflected, &|i| all[i] - direct[i]));
+        let report = Report {
+            scene: scene.name.clone(),
+            source_triangles: scene.geometry.len(),
+            patches: patches.len(),
+            clusters: patches.ids().filter(|&i| patches.is_cluster(i)).count(),
+            contacts_left_out: patches.contacts_left_out(),
+            solve: solved,
+            energy: Some(energy),
+            ..Report::default()
+        };
+        Self { patches, irradiance, reflected, reflected_halves, usable, halves, report }
+    }
+}
+
+/// What arrived by way of other surfaces, without the estimate of what lamp-like emitters reflect.
+fn without_lamps(
     scene: &Scene,
     patches: &Patches,
     factors: &FormFactors,
-    rho: &[Rgb],
     irradiance: &[Rgb],
+    mut arrived: Vec<Rgb>,
 ) -> Vec<Rgb> {
     let lamps = direct::reflected_by_emitters(scene, patches, irradiance);
-    let sent = |i: PatchId| {
+    let of = |i: PatchId| {
         let cell = patches.cell(i);
-        rho[i.index()] * irradiance[i.index()] - lamps[side_index(cell.triangle, cell.side)]
+        lamps[side_index(cell.triangle, cell.side)]
     };
-    let sent: Vec<Rgb> = patches.ids().map(sent).collect();
-    let ids: Vec<PatchId> = patches.ids().filter(|i| factors.has_row(*i)).collect();
-    let found: Vec<Rgb> = ids
-        .par_iter()
-        .map(|&i| factors.gather(i, &sent) + scene.sky * (PI * factors.account(i).environment))
-        .collect();
-    let mut all = vec![Rgb::ZERO; patches.len()];
-    for (i, found) in ids.into_iter().zip(found) {
-        all[i.index()] = found;
+    if lamps.iter().any(|l| *l != Rgb::ZERO) {
+        arrived.par_iter_mut().enumerate().for_each(|(i, arrived)| {
+            *arrived -= factors.gather_by(PatchId(i as u32), of);
+        });
     }
-    all
+    arrived
 }
 
-/// The rows of all patches that light can reach; `lamps` is what each receives from lamps.
-fn rows(
-    scene: &Scene,
-    (patches, bvh): (&Patches, &Bvh),
-    lamps: &[Rgb],
-    engine: &mut dyn Engine,
-    options: &LightOptions,
-    progress: &dyn Progress,
-) -> Result<FormFactors, AssembleError> {
-    let mut factors = FormFactors::new(patches.len(), options.memory);
-    progress.stage("form factors", patches.len() as u64);
-    if engine.pairs().is_some() {
-        // Each pair once is faster than rows of the lit sides alone: sides that face emptiness or
-        // their neighbours in the dark cost little.
-        let ids: Vec<PatchId> = patches.ids().collect();
-        engine.make(&ids, &mut factors, progress)?;
-        return Ok(factors);
-    }
-    let rho = direct::reflectance(&scene.optics, patches);
-    let emission = direct::emission(&scene.optics, patches);
-    let rough = Rough { scene, patches, rho: &rho, emission: &emission, lamps };
-    if let Some(ids) = rough.lit(bvh, progress)? {
-        engine.make(&ids, &mut factors, progress)?;
-        return Ok(factors);
-    }
-    let has_sky = scene.sky.max_element() > 0.0;
-    let bright = |values: &[Rgb], i: PatchId| values[i.index()].max_element() > 0.0;
-    let seeds = patches.ids().filter(|&i| has_sky || bright(&emission, i) || bright(lamps, i));
-    let shines = |i: PatchId| (rho[i.index()] + emission[i.index()]).max_element() > 0.0;
-    assemble_lit(engine, patches, seeds, shines, &mut factors, progress)?;
-    Ok(factors)
-}
-
-/// The account of all rows. `areas` (m²) are those of the patches.
-fn rows_report(factors: &FormFactors, areas: &[f64]) -> RowsReport {
-    let with_row: Vec<PatchId> =
-        (0..factors.len() as u32).map(PatchId).filter(|&i| factors.has_row(i)).collect();
+/// The account of all rows.
+fn rows_report(transport: &Transport) -> RowsReport {
+    let Transport { patches, factors, .. } = transport;
+    let areas: Vec<f64> = patches.ids().map(|i| patches.own_area(i)).collect();
+    let with_row: Vec<PatchId> = patches.ids().filter(|&i| factors.has_row(i)).collect();
     let sampled = factors.halves().is_some();
-    let mut account = Account::new(areas, if sampled { &[] } else { &with_row });
+    let mut account = Account::new(&areas, if sampled { &[] } else { &with_row });
     account.add_all(factors);
     account.report()
 }
