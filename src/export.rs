@@ -1,9 +1,12 @@
 //! Results in files, one format a file; a file is complete or absent.
 
+mod archive;
+mod archive_writer;
 mod csv;
 mod exr;
 mod glb;
 mod hdr;
+mod hemi;
 mod jpeg;
 mod mtx;
 mod npy;
@@ -24,6 +27,7 @@ pub use csv::{write_csv, write_csv_file, write_surfaces};
 pub use exr::write_exr;
 pub use glb::{BakeMode, Baked, write_glb};
 pub use hdr::write_hdr;
+pub use hemi::{read_factors, read_scene, read_sources, read_store, write_hemi};
 pub use jpeg::write_jpeg;
 pub use mtx::write_mtx;
 pub use npy::write_npy;

@@ -88,6 +88,7 @@ pub mod reconstruct;
 pub mod report;
 pub mod solution;
 pub mod uncertainty;
+pub mod store;
 pub mod matrix;
 pub mod gather;
 pub mod render;

@@ -4,6 +4,7 @@
 //! measurement. [`Scene::form_factors`] yields the matrix. All of it stands on the modules above,
 //! which say more and ask for more.
 
+use crate::form_factors::FormFactors;
 use crate::gather::{Estimate, GatherOptions, Gatherer, Probe};
 use crate::matrix::{self, Matrix, MatrixError, MatrixOptions};
 use crate::progress::{Cancelled, Progress};
@@ -12,8 +13,9 @@ use crate::render::{Picture, PictureOptions, PixelErrors, RenderError, Renderer,
 use crate::scene::{Camera, Scene};
 use crate::solution::{LightError, LightOptions, Solution, light};
 use crate::staging::{Lens, Model, viewpoint};
+use crate::store::{Source, Store};
 use crate::tone::{KEY, Tone};
-use crate::uncertainty::light_within;
+use crate::uncertainty::{light_within, options_within};
 use crate::visibility::Bvh;
 
 /// A scene and its light.
@@ -66,6 +68,25 @@ impl Scene {
             None => light(self, options, progress)?,
         };
         Ok(LitScene { scene: self, solution })
+    }
+
+    /// Solves the scene for each of its `sources` ([`sources`](crate::store::sources)); also yields
+    /// the form factors. [`Store::mix`] is then the light of any lamps. With
+    /// [`LightOptions::error`] rays and patches are those that all light together asks for.
+    ///
+    /// # Errors
+    /// As [`light`](Self::light).
+    pub fn solve(
+        &self,
+        sources: Vec<Source>,
+        options: &LightOptions,
+        progress: &dyn Progress,
+    ) -> Result<(Store, FormFactors), LightError> {
+        let options = match options.error {
+            Some(error) => options_within(self, options, error, progress)?,
+            None => *options,
+        };
+        Store::solve(self, sources, &options, progress)
     }
 
     /// The matrix of form factors (view factors) of the scene: row i is face i.

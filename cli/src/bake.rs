@@ -50,7 +50,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let Setup { cameras, exposure } = prepare(&mut scene, look, None)?;
     let camera = cameras[0].clone();
     let bar = Bar::new(run.quiet);
-    let mut solution = lit(&scene, &look.light, &bar)?;
+    let mut solution = lit(&scene, &look.input, &look.light, &bar)?;
 
     let start = Instant::now();
     let field = solution.field_heard(&scene, &bar)?;

@@ -8,6 +8,7 @@ use hemicube::visibility::{covered_triangles, looks_inside_out};
 use crate::args::Info;
 use crate::failure::Failure;
 use crate::input;
+use crate::solutions;
 use crate::terminal::print;
 
 /// Runs the command.
@@ -26,7 +27,7 @@ pub fn run(args: &Info) -> Result<(), Failure> {
     }
     scene.findings.extend(covered(&scene));
     describe(&scene);
-    Ok(())
+    solutions::describe(&args.input.model.scene, &scene)
 }
 
 /// Triangles that lie under something: their light and shade mean nothing.

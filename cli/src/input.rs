@@ -11,10 +11,15 @@ use hemicube::scene::inspect::doubtful_unit;
 use hemicube::scene::{
     Finding, ImportOptions, Lamp, Scene, Severity, SidesChoice, TriangleState, ies, load,
 };
+use hemicube::staging::Model as Surroundings;
+
+use hemicube::store::{Emitter, emitters};
 
 use crate::args::{Emission, Input, LampArg, MOST_RADIANCE, Model, SidesArg, SunArg};
+use crate::dark::lamp_flag;
 use crate::failure::Failure;
 use crate::remedy;
+use crate::solutions::{self, is_solution};
 use crate::terminal::say;
 
 /// Reads the model: an existing path, or else a built-in's name.
@@ -24,7 +29,9 @@ pub fn read_model(
     max_reflectance: f64,
 ) -> Result<Scene, Failure> {
     let path = &model.scene;
-    let mut scene = if path.exists() {
+    let mut scene = if is_solution(path) {
+        solutions::scene(model)?
+    } else if path.exists() {
         let (unit, up) = (model.unit.metres(), model.up);
         load(path, &ImportOptions { unit, up, max_reflectance, sides })
             .map_err(|e| Failure::Input(format!("{e}{}", remedy::of_import(&e))))?
@@ -49,16 +56,33 @@ pub fn read(args: &Input) -> Result<Scene, Failure> {
         SidesArg::One => SidesChoice::One,
         SidesArg::Two => SidesChoice::Two,
     };
+    let solved = is_solution(&args.model.scene);
+    if solved {
+        solutions::refuse(args)?;
+    }
     let mut scene = read_model(&args.model, sides, args.max_reflectance)?;
-    scene.optics.limit_reflectance(args.max_reflectance);
+    if !solved {
+        scene.optics.limit_reflectance(args.max_reflectance);
+    }
+    for (name, reflectance) in &args.reflectance {
+        set_reflectance(&mut scene, name, *reflectance)?;
+    }
     if let Some(sky) = args.sky {
         if sky.min_element() < 0.0 || sky.max_element() > MOST_RADIANCE {
             return Err(Failure::input("--sky: a radiance lies between 0 and 1e30"));
         }
         scene.sky = sky;
     }
+    let sources = if solved && !args.emission.is_empty() {
+        solutions::sources(&args.model.scene)?
+    } else {
+        Vec::new()
+    };
     for (name, emission) in &args.emission {
-        set_emission(&mut scene, name, *emission)?;
+        match sources.iter().find(|s| s.name == *name) {
+            Some(source) => solutions::set_emission(&mut scene, source, *emission)?,
+            None => set_emission(&mut scene, name, *emission)?,
+        }
     }
     for lamp in &args.lamp {
         hang(&mut scene, lamp)?;
@@ -132,22 +156,62 @@ fn no_such_scene(UnknownBuiltin { name, known }: UnknownBuiltin) -> Failure {
 }
 
 fn set_emission(scene: &mut Scene, name: &str, emission: Emission) -> Result<(), Failure> {
+    let all = emitters(scene);
+    let found: Vec<Emitter> = all.iter().filter(|e| e.0 == name).map(|e| e.1).collect();
+    if found.is_empty() {
+        let lamps: Vec<&str> = scene.lamps.iter().map(Lamp::name).collect();
+        let lamps = match lamps.is_empty() {
+            true => String::new(),
+            false => format!("; its lamps are {}", lamps.join(", ")),
+        };
+        return Err(Failure::Input(format!(
+            "--emission {name}: no such material or lamp; the scene has the materials {}{lamps}",
+            material_names(scene)
+        )));
+    }
+    for emitter in found {
+        match emission {
+            Emission::Radiance(radiance) => emitter.set_emission(scene, radiance),
+            Emission::Share(share) => emitter.scale(scene, share),
+        }
+    }
+    Ok(())
+}
+
+fn set_reflectance(scene: &mut Scene, name: &str, reflectance: DVec3) -> Result<(), Failure> {
     let optics = &mut scene.optics;
     let found: Vec<usize> =
         (0..optics.materials.len()).filter(|&m| optics.materials[m].name == name).collect();
     if found.is_empty() {
         return Err(Failure::Input(format!(
-            "--emission {name}: no such material; the scene has {}",
+            "--reflectance {name}: no such material; the scene has {}",
             material_names(scene)
         )));
     }
-    for m in found {
-        match emission {
-            Emission::Radiance(radiance) => optics.set_radiance(m, radiance),
-            Emission::Share(share) => optics.scale_radiance(m, share),
-        }
-    }
+    found.into_iter().for_each(|m| optics.set_reflectance(m, reflectance));
     Ok(())
+}
+
+/// Refuses a scene without light: figures from an assumed sky would mean nothing. `ahead` is a
+/// point that light should come to.
+pub fn ensure_lit(
+    scene: &Scene,
+    ahead: &dyn Fn(&Surroundings<'_>) -> DVec3,
+) -> Result<(), Failure> {
+    if scene.optics.emits() || !scene.lamps.is_empty() || scene.sky != DVec3::ZERO {
+        return Ok(());
+    }
+    let model = Surroundings::of(scene).ok_or_else(|| nothing_to_see(scene))?;
+    let lamp = model.pendant(ahead(&model));
+    Err(Failure::Input(format!(
+        "{}: nothing emits light; {}",
+        scene.name,
+        if lamp.closed {
+            format!("hang a lamp, for example by {}", lamp_flag(&lamp, model.size()))
+        } else {
+            "give --sky 1,1,1, or hang a --lamp".to_owned()
+        }
+    )))
 }
 
 fn set_photometry(scene: &mut Scene, lamp: &str, file: &Path) -> Result<(), Failure> {

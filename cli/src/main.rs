@@ -18,6 +18,8 @@ mod probe;
 mod remedy;
 mod render;
 mod scenes;
+mod solutions;
+mod solve;
 mod staging;
 mod terminal;
 
@@ -45,6 +47,7 @@ fn run(arguments: &Arguments) -> Result<(), Failure> {
     match &arguments.command {
         Command::Render(r) => render::run(r),
         Command::Bake(b) => bake::run(b),
+        Command::Solve(s) => solve::run(s),
         Command::Probe(p) => probe::run(p),
         Command::Factors(f) => factors::run(f),
         Command::Info(i) => info::run(i),

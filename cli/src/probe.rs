@@ -4,18 +4,17 @@ use std::io::Read;
 use std::path::Path;
 use std::time::Instant;
 
+use glam::DVec3;
 use hemicube::export::write_whole;
 use hemicube::gather::{self, Estimate, GatherOptions, Gatherer, Place};
 use hemicube::patches::Patches;
 use hemicube::progress::Progress;
 use hemicube::report::Stage;
 use hemicube::scene::{Scene, luminance};
-use hemicube::staging::Model;
 use hemicube::tone::FalseColour;
 use hemicube::visibility::Bvh;
 
 use crate::args::{ClusterArg, EngineArg, Light, Probe, UnitArg};
-use crate::dark::lamp_flag;
 use crate::doubts::of_balance;
 use crate::failure::Failure;
 use crate::input;
@@ -23,6 +22,7 @@ use crate::outputs;
 use crate::plan::is_plan;
 use crate::points::{self, Table, error, number};
 use crate::render::{inputs, lit, say_details, set_threads, write_report};
+use crate::solutions::is_solution;
 use crate::terminal::{Bar, catch_interrupts, print, print_data, say};
 
 /// Number of patches aimed at, beyond one a side of each source triangle. Points average over what
@@ -50,9 +50,13 @@ pub fn run(args: &Probe) -> Result<(), Failure> {
     outputs::check(&files, inputs(&scene, &args.input, &args.light).chain(&args.points))?;
     let quiet = args.light.run.quiet;
     input::say_findings(&scene, quiet);
-    ensure_lit(&scene, &table.probes)?;
+    let first = table.probes.first();
+    // Off the surface that it lies on.
+    input::ensure_lit(&scene, &|model| {
+        first.map_or(DVec3::ZERO, |p| p.point + p.normal * (1e-3 * model.size()))
+    })?;
     let bar = Bar::new(quiet);
-    let mut solution = lit(&scene, &light_of(args, &scene), &bar)?;
+    let mut solution = lit(&scene, &args.input, &light_of(args, &scene), &bar)?;
 
     let start = Instant::now();
     let field = solution.field(&scene);
@@ -113,6 +117,9 @@ fn light_of(args: &Probe, scene: &Scene) -> Light {
     let mut light = args.light.clone();
     let rays = light.engine() == EngineArg::Rays && light.factors.is_none();
     // Large models may have their triangles joined, which says how large patches are.
+    if is_solution(&args.input.model.scene) {
+        return light;
+    }
     let small = scene.geometry.len() <= SMALL && light.cluster != ClusterArg::On;
     if rays && small && light.error.is_none() && light.max_factor.is_none() {
         light.patch_size.get_or_insert(Patches::area_adding(&scene.geometry, PATCHES));
@@ -137,26 +144,6 @@ fn table(args: &Probe) -> Result<Table, Failure> {
     let text = String::from_utf8(bytes)
         .map_err(|_| Failure::Input(format!("{name}: is not text in UTF-8; save it as CSV")))?;
     points::read(&name, &text).map_err(Failure::Input)
-}
-
-/// Refuses a scene without light: figures from an assumed sky would mean nothing.
-fn ensure_lit(scene: &Scene, probes: &[gather::Probe]) -> Result<(), Failure> {
-    if scene.optics.emits() || !scene.lamps.is_empty() || scene.sky != glam::DVec3::ZERO {
-        return Ok(());
-    }
-    let model = Model::of(scene).ok_or_else(|| input::nothing_to_see(scene))?;
-    // Off the surface that it lies on.
-    let off = |p: &gather::Probe| p.point + p.normal * (1e-3 * model.size());
-    let lamp = model.pendant(probes.first().map_or(glam::DVec3::ZERO, off));
-    Err(Failure::Input(format!(
-        "{}: nothing emits light; {}",
-        scene.name,
-        if lamp.closed {
-            format!("hang a lamp, for example by {}", lamp_flag(&lamp, model.size()))
-        } else {
-            "give --sky 1,1,1, or hang a --lamp".to_owned()
-        }
-    )))
 }
 
 /// How many points are not known as well as was asked for.

@@ -1,6 +1,8 @@
 //! What to do about an error: the library says what is wrong and by how much; here stands the flag
 //! that helps. Each text begins with `; `, or is empty.
 
+use std::collections::BTreeSet;
+
 use hemicube::engines::{AssembleError, EngineError};
 use hemicube::export::ReadError;
 use hemicube::form_factors::SinkError;
@@ -8,9 +10,10 @@ use hemicube::matrix::{MatrixError, SameWith, StoredError};
 use hemicube::patches::PatchesError;
 use hemicube::refine::factor::RefineError;
 use hemicube::render::RenderError;
-use hemicube::scene::{Finding, ImportError, Setting, Sides};
+use hemicube::scene::{Finding, ImportError, Scene, Setting, Sides};
 use hemicube::solution::LightError;
 use hemicube::solve::SolveError;
+use hemicube::store::{GroupError, MixError, emitters};
 
 /// About a model that cannot be read.
 pub fn of_import(error: &ImportError) -> &'static str {
@@ -126,6 +129,42 @@ pub fn of_stored_file(error: &ReadError) -> &'static str {
         ReadError::Unreadable { .. } => "",
         ReadError::Broken { .. } => "; make it again with hemicube factors -o F.npz",
         ReadError::Memory { .. } => "; allow more with --memory",
+    }
+}
+
+/// About a file of solutions that cannot be read.
+pub fn of_solutions(error: &ReadError) -> &'static str {
+    match error {
+        ReadError::Unreadable { .. } => "",
+        ReadError::Broken { .. } => "; make it again with hemicube solve",
+        ReadError::Memory { .. } => "; allow more with --memory",
+    }
+}
+
+/// About solutions that do not add up to the light asked for.
+pub fn of_mix(error: &MixError) -> String {
+    match error {
+        MixError::Foreign | MixError::Reflectance => "; make it again with hemicube solve".into(),
+        MixError::Unsolved(name) => {
+            format!("; solve the model again with --group '{name}={name}'")
+        }
+        MixError::Texture(name) | MixError::Colour(name) => {
+            format!("; give --emission '{name}=50%' or another share")
+        }
+        MixError::Apart(_) => "; solve the model again without that group".into(),
+    }
+}
+
+/// About a group of sources that cannot be.
+pub fn of_group(error: &GroupError, scene: &Scene) -> String {
+    match error {
+        GroupError::Unknown { .. } => {
+            let names: BTreeSet<String> = emitters(scene).into_iter().map(|e| e.0).collect();
+            format!("; it has {}", names.into_iter().collect::<Vec<_>>().join(", "))
+        }
+        GroupError::Twice { .. } => "; name it once".into(),
+        GroupError::Name(_) => "; choose another name".into(),
+        GroupError::Dark { .. } => "; give it light with --emission".into(),
     }
 }
 

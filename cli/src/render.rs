@@ -34,6 +34,7 @@ use crate::input;
 use crate::machine;
 use crate::pictures::{Outputs, Pictures, Taken, views};
 use crate::remedy;
+use crate::solutions::{is_solution, relit};
 use crate::staging::{Setup, prepare};
 use crate::terminal::{Bar, catch_interrupts, print, say};
 
@@ -55,10 +56,11 @@ pub fn run(args: &Render) -> Result<(), Failure> {
     let outputs = Outputs::of(&scene, &views, args)?;
     let bar = Bar::new(args.look.light.run.quiet);
     let mut light = args.look.light.clone();
-    if args.draft && light.engine() == EngineArg::Rays && light.factors.is_none() {
+    let solved = is_solution(&args.look.input.model.scene);
+    if args.draft && !solved && light.engine() == EngineArg::Rays && light.factors.is_none() {
         light.samples = light.samples.or(light.error.is_none().then_some(DRAFT_SAMPLES));
     }
-    let mut solution = lit(&scene, &light, &bar)?;
+    let mut solution = lit(&scene, &args.look.input, &light, &bar)?;
 
     let start = Instant::now();
     let field = solution.field(&scene);
@@ -157,11 +159,43 @@ pub fn inputs<'a>(
 }
 
 /// Lights the scene as the command line says.
-pub fn lit(scene: &Scene, args: &Light, bar: &Bar) -> Result<Solution, Failure> {
-    let memory = args.run.memory.unwrap_or_else(machine::available_memory);
+pub fn lit(scene: &Scene, input: &Input, args: &Light, bar: &Bar) -> Result<Solution, Failure> {
+    if is_solution(&input.model.scene) {
+        return relit(scene, &input.model.scene, args, bar);
+    }
+    let options = options_of(args)?;
+    let solution = match &args.factors {
+        Some(path) => {
+            let (patches, factors) = stored(path, scene, args, options.memory)?;
+            light_by(scene, patches, factors, &options, bar)
+        }
+        None => scene.light(&options, bar).map(|lit| lit.solution),
+    };
+    let solution = solution.map_err(|e| light_failure(e, args))?;
+    bar.finish();
+    if !args.run.quiet {
+        say_patches(scene, &solution.report, args);
+    }
+    let missed = args.error.zip(solution.report.error).filter(|(target, e)| e.total > *target);
+    if let Some((target, error)) = missed.filter(|_| options.error.is_some() && !args.run.quiet) {
+        say(&format!(
+            "--error {}%: not reached, the best is {:.2} % (noise {:.2} %, size of patches {:.2} \
+             %); \
+             allow a larger error, or more --memory",
+            100.0 * target,
+            100.0 * error.total,
+            100.0 * error.noise,
+            100.0 * error.refinement
+        ));
+    }
+    Ok(solution)
+}
+
+/// The options of light that the command line means.
+pub fn options_of(args: &Light) -> Result<LightOptions, Failure> {
     let sampled = args.engine() == EngineArg::Rays && args.factors.is_none();
     let seed = args.seed.unwrap_or_default();
-    let options = LightOptions {
+    Ok(LightOptions {
         patch_size: args.patch_size,
         cluster: match args.cluster {
             ClusterArg::Auto => Clustering::Auto,
@@ -182,67 +216,69 @@ pub fn lit(scene: &Scene, args: &Light, bar: &Bar) -> Result<Solution, Failure> 
         },
         tolerance: None,
         error: args.error.filter(|_| sampled),
-        memory,
-    };
-    let solution = match &args.factors {
-        Some(path) => {
-            let (patches, factors) = stored(path, scene, args, memory)?;
-            light_by(scene, patches, factors, &options, bar)
+        memory: memory(args),
+    })
+}
+
+/// Bytes that the work may take.
+pub fn memory(args: &Light) -> u64 {
+    args.run.memory.unwrap_or_else(machine::available_memory)
+}
+
+/// Why a scene could not be lit, and what to do about it.
+pub fn light_failure(error: LightError, args: &Light) -> Failure {
+    Failure::of(error, |e| {
+        let direct = args.solver == SolverChoice::Direct;
+        let text = format!("{e}{}", remedy::of_light(&e, direct));
+        match e {
+            LightError::Patches(_)
+            | LightError::NoSky
+            | LightError::Refine(RefineError::Tolerance(_) | RefineError::Clusters)
+            | LightError::Engine(EngineError::Clusters(_) | EngineError::Hemicube(_))
+            | LightError::Memory { .. } => Failure::Input(text),
+            _ => Failure::Failed(text),
         }
-        None => scene.light(&options, bar).map(|lit| lit.solution),
-    };
-    let solution = solution.map_err(|e| {
-        Failure::of(e, |e| {
-            let direct = args.solver == SolverChoice::Direct;
-            let text = format!("{e}{}", remedy::of_light(&e, direct));
-            match e {
-                LightError::Patches(_)
-                | LightError::NoSky
-                | LightError::Refine(RefineError::Tolerance(_) | RefineError::Clusters)
-                | LightError::Engine(EngineError::Clusters(_) | EngineError::Hemicube(_))
-                | LightError::Memory { .. } => Failure::Input(text),
-                _ => Failure::Failed(text),
-            }
-        })
-    })?;
-    bar.finish();
-    if !args.run.quiet {
-        let r = &solution.report;
-        say(&format!(
-            "{}: {} source triangles, {} patches{}{}",
-            r.scene,
-            // Without those of a stage.
-            scene.geometry.whole_from.map_or(r.source_triangles, TriangleId::index),
-            r.patches,
-            if r.clusters == 0 {
-                String::new()
-            } else {
-                format!(", {} of them of several source triangles (--cluster)", r.clusters)
-            },
-            if args.max_factor.is_some() {
-                String::new()
-            } else {
-                format!(
-                    " of at most {} (--patch-size {})",
-                    Area(r.patch_size),
-                    significant(r.patch_size)
-                )
-            }
-        ));
-    }
-    let missed = args.error.zip(solution.report.error).filter(|(target, e)| e.total > *target);
-    if let Some((target, error)) = missed.filter(|_| sampled && !args.run.quiet) {
-        say(&format!(
-            "--error {}%: not reached, the best is {:.2} % (noise {:.2} %, size of patches {:.2} \
-             %); \
-             allow a larger error, or more --memory",
-            100.0 * target,
-            100.0 * error.total,
-            100.0 * error.noise,
-            100.0 * error.refinement
-        ));
-    }
-    Ok(solution)
+    })
+}
+
+/// Says into what a scene was subdivided.
+pub fn say_patches(scene: &Scene, report: &Report, args: &Light) {
+    say(&format!(
+        "{}: {} source triangles, {} patches{}{}",
+        report.scene,
+        // Without those of a stage.
+        scene.geometry.whole_from.map_or(report.source_triangles, TriangleId::index),
+        report.patches,
+        if report.clusters == 0 {
+            String::new()
+        } else {
+            format!(", {} of them of several source triangles (--cluster)", report.clusters)
+        },
+        if args.max_factor.is_some() || !report.patch_size.is_finite() {
+            String::new()
+        } else {
+            format!(
+                " of at most {} (--patch-size {})",
+                Area(report.patch_size),
+                significant(report.patch_size)
+            )
+        }
+    ));
+}
+
+/// The first of the flags that say how form factors are made.
+pub fn of_factors(args: &Light) -> Option<&'static str> {
+    let flags = [
+        ("--patch-size", args.patch_size.is_some()),
+        ("--max-factor", args.max_factor.is_some()),
+        ("--cluster", args.cluster != ClusterArg::Auto),
+        ("--engine", args.engine.is_some()),
+        ("--device", args.device.is_some()),
+        ("--resolution", args.resolution.is_some()),
+        ("--draw", args.draw.is_some()),
+        ("--samples", args.samples.is_some()),
+    ];
+    flags.iter().find(|f| f.1).map(|f| f.0)
 }
 
 /// Form factors stored before for this scene.
@@ -252,18 +288,8 @@ fn stored(
     args: &Light,
     memory: u64,
 ) -> Result<(Patches, FormFactors), Failure> {
-    let unused = [
-        ("--patch-size", args.patch_size.is_some()),
-        ("--max-factor", args.max_factor.is_some()),
-        ("--cluster", args.cluster != ClusterArg::Auto),
-        ("--engine", args.engine.is_some()),
-        ("--error", args.error.is_some()),
-        ("--device", args.device.is_some()),
-        ("--resolution", args.resolution.is_some()),
-        ("--draw", args.draw.is_some()),
-        ("--samples", args.samples.is_some()),
-    ];
-    if let Some((flag, _)) = unused.iter().find(|f| f.1) {
+    let error = args.error.map(|_| "--error");
+    if let Some(flag) = of_factors(args).or(error) {
         return Err(Failure::Input(format!("{flag} is not used with --factors; leave it out")));
     }
     let read = read_npz(path, memory)

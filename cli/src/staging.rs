@@ -11,6 +11,7 @@ use crate::args::{CameraArg, EngineArg, KindArg, Look, StageArg};
 use crate::dark::{closed, coordinates};
 use crate::failure::Failure;
 use crate::input::nothing_to_see;
+use crate::solutions::is_solution;
 use crate::terminal::say;
 
 /// How a picture is taken.
@@ -28,6 +29,7 @@ pub fn prepare(scene: &mut Scene, args: &Look, aspect: Option<f64>) -> Result<Se
     let authored = scene.optics.emits() && !scene.cameras.is_empty();
     let lit = !scene.lamps.is_empty() || args.input.sky.is_some() || authored;
     let stage = match args.stage {
+        _ if is_solution(&args.input.model.scene) => false,
         StageArg::Auto => {
             let engine = args.light.engine() != EngineArg::Classical;
             !lit && engine && args.light.factors.is_none()
@@ -185,7 +187,8 @@ fn chosen(model: &Model<'_>, kind: Kind, aspect: Option<f64>, args: &Look) -> Ca
 fn without_stage(scene: &mut Scene, args: &Look, camera: Camera) -> Result<Setup, Failure> {
     let eye = camera.eye;
     let setup = Setup { cameras: all(camera, scene, args), exposure: None };
-    if scene.optics.emits() || !scene.lamps.is_empty() || scene.sky != DVec3::ZERO {
+    let solved = is_solution(&args.input.model.scene);
+    if scene.optics.emits() || !scene.lamps.is_empty() || scene.sky != DVec3::ZERO || solved {
         return Ok(setup);
     }
     if args.input.sky.is_some() {

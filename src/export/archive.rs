@@ -15,6 +15,8 @@ pub struct Archive {
 /// What the numbers of an array are.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Kind {
+    Byte,
+    Word,
     Int32,
     Int64,
     Single,
@@ -45,6 +47,34 @@ impl Archive {
         sum
     }
 
+    /// The numbers of an array that must hold `count` of them.
+    pub fn numbers<T>(
+        &mut self,
+        name: &str,
+        count: u64,
+        each: impl Fn(Kind, &[u8]) -> Option<T>,
+    ) -> Result<Vec<T>, String> {
+        let array = self.open(name)?;
+        if array.count != count {
+            return Err(format!("{name}.npy holds {} numbers, not {count}", array.count));
+        }
+        array
+            .take(each)?
+            .ok_or_else(|| format!("{name}.npy holds a number that cannot be one of it"))
+    }
+
+    /// The bytes of a member that is no array, of which there may be so many.
+    pub fn bytes(&mut self, name: &str, most: u64) -> Result<Vec<u8>, String> {
+        let file = self.zip.by_name(name).map_err(|e| format!("{name}: {e}"))?;
+        let mut bytes = Vec::new();
+        file.take(most + 1).read_to_end(&mut bytes).map_err(|e| format!("{name}: {e}"))?;
+        if bytes.len() as u64 > most {
+            return Err(format!("{name} is longer than {most} bytes"));
+        }
+        self.hash.update(&bytes);
+        Ok(bytes)
+    }
+
     /// What an array claims to hold.
     pub fn open(&mut self, name: &str) -> Result<Array<'_>, String> {
         let name = format!("{name}.npy");
@@ -73,6 +103,8 @@ fn value<'a>(text: &'a str, key: &str) -> Option<&'a str> {
 fn kind(text: &str) -> Option<Kind> {
     let name = value(text, "descr")?.strip_prefix('\'')?.split('\'').next()?;
     match name {
+        "|u1" => Some(Kind::Byte),
+        "<u4" => Some(Kind::Word),
         "<i4" => Some(Kind::Int32),
         "<i8" => Some(Kind::Int64),
         "<f4" => Some(Kind::Single),
@@ -132,7 +164,8 @@ impl Kind {
     /// Bytes of a number.
     fn bytes(self) -> usize {
         match self {
-            Self::Int32 | Self::Single => 4,
+            Self::Byte => 1,
+            Self::Word | Self::Int32 | Self::Single => 4,
             Self::Int64 | Self::Double => 8,
             Self::Text(bytes) => bytes.max(1),
         }
@@ -142,6 +175,8 @@ impl Kind {
 /// An integer; a negative one becomes too large.
 pub fn integer(kind: Kind, bytes: &[u8]) -> Option<u64> {
     match kind {
+        Kind::Byte => bytes.first().copied().map(u64::from),
+        Kind::Word => bytes.try_into().ok().map(|b| u32::from_le_bytes(b).into()),
         Kind::Int32 => bytes.try_into().ok().map(|b| i32::from_le_bytes(b) as u64),
         Kind::Int64 => bytes.try_into().ok().map(u64::from_le_bytes),
         Kind::Single | Kind::Double | Kind::Text(_) => None,
@@ -153,7 +188,7 @@ pub fn float(kind: Kind, bytes: &[u8]) -> Option<f64> {
     match kind {
         Kind::Single => bytes.try_into().ok().map(|b| f32::from_le_bytes(b).into()),
         Kind::Double => bytes.try_into().ok().map(f64::from_le_bytes),
-        Kind::Int32 | Kind::Int64 | Kind::Text(_) => None,
+        Kind::Byte | Kind::Word | Kind::Int32 | Kind::Int64 | Kind::Text(_) => None,
     }
 }
 

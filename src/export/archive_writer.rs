@@ -5,6 +5,9 @@ use std::io::{self, Seek, SeekFrom, Write};
 use zip::ZipWriter;
 use zip::write::SimpleFileOptions;
 
+/// Larger members need the 64-bit form of the archive.
+pub const LARGE: u64 = 0xf000_0000;
+
 /// An archive, and the checksum of what was put in so far.
 pub struct Writer<W: Write + Seek> {
     zip: ZipWriter<UntilError<W>>,
@@ -22,9 +25,11 @@ impl<W: Write + Seek> Writer<W> {
         Ok(self.zip.start_file(name, options)?)
     }
 
-    /// The checksum of all that was written.
-    pub fn checksum(&self) -> String {
-        self.hash.finalize().to_hex().to_string()
+    /// The checksum of all that was written since the last one was asked for.
+    pub fn checksum(&mut self) -> String {
+        let sum = self.hash.finalize().to_hex().to_string();
+        self.hash.reset();
+        sum
     }
 
     /// Writes the directory.

@@ -5,20 +5,18 @@
 //! `back` (shares of each row), `names` where rows are lumped, and `hemicube`: what the matrix is
 //! of, as JSON, with a checksum of the arrays.
 
-mod archive;
 pub(super) mod read;
 #[cfg(test)]
 mod tests;
-mod writer;
 
 use std::io::{self, Seek, Write};
 use std::path::Path;
 
-use writer::Writer;
 use zip::CompressionMethod;
 use zip::write::SimpleFileOptions;
 
 use super::ExportError;
+use super::archive_writer::{LARGE, Writer};
 use super::npy::{encode_rows, header, kind, push};
 use super::target::write_with;
 use crate::matrix::{Origin, Rows, SurfaceRow};
@@ -26,9 +24,6 @@ use crate::progress::Progress;
 
 /// Columns shrink to a fraction even so; compressing harder takes longer than making the rows.
 const LEVEL: i64 = 1;
-
-/// Larger arrays need the 64-bit form of the archive.
-const LARGE: u64 = 0xf000_0000;
 
 /// The array that says what the matrix is of.
 const ORIGIN: &str = "hemicube";

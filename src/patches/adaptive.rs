@@ -150,6 +150,40 @@ impl SplitCells {
         }
     }
 
+    /// The adaptive mesh whose patches are of those levels, in order; `None` if there is none.
+    pub(crate) fn of_levels(finest: Arc<Patches>, levels: &[u8]) -> Option<Patches> {
+        let mut me = Self::new(finest, |_| 0);
+        let mut levels = levels.iter().copied();
+        for whole in me.leaves() {
+            me.split_down(whole, levels.next()?, &mut levels)?;
+        }
+        levels.next().is_none().then(|| me.patches())
+    }
+
+    /// Splits a cell until the first of its leaves is of level `first`, and the others of the next
+    /// `levels`.
+    fn split_down(
+        &mut self,
+        cell: Cell,
+        first: u8,
+        levels: &mut impl Iterator<Item = u8>,
+    ) -> Option<()> {
+        if cell.level == first {
+            return Some(());
+        }
+        if cell.level > first || !self.may_split(&cell) {
+            return None;
+        }
+        let node = self.node(&cell);
+        self.split[node] = true;
+        let mut first = Some(first);
+        for child in cell.children() {
+            let level = first.take().or_else(|| levels.next())?;
+            self.split_down(child, level, levels)?;
+        }
+        Some(())
+    }
+
     /// The adaptive mesh.
     #[must_use]
     pub fn patches(&self) -> Patches {
@@ -190,6 +224,12 @@ impl SplitCells {
 }
 
 impl Patches {
+    /// The level of each patch of an adaptive mesh, in order: all that tells it from the uniform
+    /// mesh that it coarsens.
+    pub(crate) fn levels(&self) -> Option<Vec<u8>> {
+        self.finest.as_ref().map(|_| self.cells.iter().map(|c| c.level).collect())
+    }
+
     /// The whole of a side that has patches, as a cell.
     fn side_cell(&self, side: usize) -> Cell {
         let first = match self.splits[side] {

@@ -243,4 +243,19 @@ impl Patches {
     pub fn center(&self, id: PatchId) -> SurfacePoint {
         self.cell(id).point(DVec3::splat(1.0 / 3.0))
     }
+
+    /// A fingerprint of where patches lie.
+    pub(crate) fn fingerprint(&self) -> String {
+        let mut hasher = blake3::Hasher::new();
+        for id in self.ids() {
+            let cell = self.cell(id);
+            hasher.update(&cell.triangle.0.to_le_bytes());
+            hasher.update(&cell.index().to_le_bytes());
+            hasher.update(&[cell.level, cell.side as u8]);
+            for t in self.members(id) {
+                hasher.update(&t.0.to_le_bytes());
+            }
+        }
+        hasher.finalize().to_hex().to_string()
+    }
 }

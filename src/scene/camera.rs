@@ -1,9 +1,10 @@
 //! Points of view.
 
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 
 /// A point of view.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Camera {
     /// Name in the file.
     pub name: String,

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 
 /// Index of a source triangle; file order, for ever.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -62,7 +63,7 @@ pub enum TriangleState {
 }
 
 /// A named piece of the model: what the file called it, and where in the file it is.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Surface {
     /// The name in the file: an OBJ group or object, a glTF node or mesh.
     pub name: String,
@@ -106,10 +107,10 @@ const DEGENERATE_ASPECT: f64 = 1e-7;
 
 /// Most triangles and vertices of a scene. A small file can ask for more than any memory holds by
 /// instancing a mesh over and over.
-pub(super) const MAX_ELEMENTS: usize = 1 << 25;
+pub(crate) const MAX_ELEMENTS: usize = 1 << 25;
 
 /// Largest coordinate in metres: beyond it areas overflow the `f32` kernels.
-pub(super) const MAX_COORDINATE: f64 = 1e15;
+pub(crate) const MAX_COORDINATE: f64 = 1e15;
 
 impl Geometry {
     /// Number of source triangles, flagged ones included.

@@ -3,12 +3,13 @@
 use std::sync::Arc;
 
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 
 use super::photometry::{Axes, Photometry};
 use super::rgb::Rgb;
 
 /// A source of light without extent.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Lamp {
     /// Shines alike in all directions, or as its photometry says.
     Point {
@@ -61,6 +62,24 @@ impl Lamp {
             Self::Point { name, .. } | Self::Spot { name, .. } | Self::Directional { name, .. } => {
                 name
             }
+        }
+    }
+
+    /// What it emits: intensity in W/sr or cd, a factor if it has a photometry; of a directional
+    /// lamp its irradiance on what faces it, W/m² or lx.
+    #[must_use]
+    pub fn emission(&self) -> Rgb {
+        match self {
+            Self::Point { intensity, .. } | Self::Spot { intensity, .. } => *intensity,
+            Self::Directional { irradiance, .. } => *irradiance,
+        }
+    }
+
+    /// Lets it emit so much.
+    pub fn set_emission(&mut self, emission: Rgb) {
+        match self {
+            Self::Point { intensity, .. } | Self::Spot { intensity, .. } => *intensity = emission,
+            Self::Directional { irradiance, .. } => *irradiance = emission,
         }
     }
 

@@ -36,6 +36,8 @@ pub struct Scene {
     pub findings: Vec<Finding>,
     /// The files that it was read from.
     pub files: Vec<PathBuf>,
+    /// Of a scene that was read from a solution: the files of its model, by their paths beside it.
+    pub held: Vec<(PathBuf, Arc<[u8]>)>,
 }
 
 /// A luminaire that sends out more than this multiple of its lamps' flux is doubtful; files are

@@ -3,13 +3,14 @@
 use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
+use serde::{Deserialize, Serialize};
 
 use super::Rgb;
 use super::geometry::{Side, TriangleId};
 use super::texture::Texture;
 
 /// What the user gave for a group of triangles.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Material {
     /// Name in the file.
     pub name: String,
@@ -37,7 +38,7 @@ pub const OPAQUE_ALPHA: f64 = 0.5;
 
 /// Radiances, intensities and reflectances beyond this overflow when irradiances are squared for a
 /// residual.
-pub(super) const MOST_RADIANCE: f64 = 1e30;
+pub(crate) const MOST_RADIANCE: f64 = 1e30;
 
 /// What stands in, in all channels, for a texture that is missing or does not decode.
 pub const ASSUMED_TEXTURE: f64 = 0.5;
@@ -154,6 +155,18 @@ impl Optics {
             .filter(|(_, i)| **i as usize == material)
         {
             *e *= factor;
+        }
+    }
+
+    /// Lets the material of that index reflect `reflectance` (0..1 per channel), alike everywhere
+    /// but for colours of vertices, and no more than is allowed.
+    pub fn set_reflectance(&mut self, material: usize, reflectance: Rgb) {
+        let m = &mut self.materials[material];
+        (m.reflectance, m.reflectance_texture) = (reflectance, None);
+        let most = Rgb::splat(self.max_reflectance);
+        for t in (0..self.reflectance.len()).filter(|&t| self.material_of[t] as usize == material) {
+            let tint = self.tint.get(t).copied().unwrap_or(Rgb::ONE);
+            self.reflectance[t] = (reflectance * tint).clamp(Rgb::ZERO, most);
         }
     }
 

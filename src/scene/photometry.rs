@@ -7,10 +7,11 @@
 use std::f64::consts::PI;
 
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 
 /// Luminous intensity in all directions, measured at angles C and γ and bilinear between them. What
 /// lies beyond the measured γ is dark.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Photometry {
     /// Angles γ in degrees, ascending: from 0 or 90 to 90 or 180, or those that were measured of a
     /// luminaire that is aimed.
@@ -87,6 +88,19 @@ impl Photometry {
     #[must_use]
     pub fn opening(&self) -> f64 {
         self.opening
+    }
+
+    /// Whether it could have been measured: angles ascend, and there is an intensity for each.
+    pub(crate) fn is_sound(&self) -> bool {
+        let [v, h] = [&self.vertical, &self.horizontal];
+        let ascend = |a: &[f64]| {
+            !a.is_empty() && a.iter().all(|x| x.is_finite()) && a.is_sorted_by(|a, b| a < b)
+        };
+        let strong = |i: &f64| (0.0..=f64::MAX).contains(i);
+        ascend(v)
+            && ascend(h)
+            && self.candela.len() == v.len() * h.len()
+            && self.candela.iter().all(strong)
     }
 
     /// The measured angle that C has the intensity of by symmetry: about one plane if half of all

@@ -13,7 +13,8 @@ pub(crate) fn original(scene: &Scene) -> Result<Original, ImportError> {
         path.extension()
             .is_some_and(|e| e.eq_ignore_ascii_case("gltf") || e.eq_ignore_ascii_case("glb"))
     };
-    match scene.files.iter().find(is_gltf) {
+    let held = scene.held.iter().map(|h| &h.0);
+    match held.chain(&scene.files).find(is_gltf) {
         Some(path) => gltf::of_file(path, scene),
         None => Ok(made(scene)),
     }

@@ -4,9 +4,11 @@ use std::cell::RefCell;
 use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use glam::DVec3;
 
+use super::files::read_regular;
 use super::geometry::MAX_ELEMENTS;
 
 /// Why a model could not be read: the file, the place in it, and what to do.
@@ -138,11 +140,26 @@ pub(super) struct Source<'a> {
     pub bytes: &'a [u8],
     /// Files that it was found to refer to.
     pub found: RefCell<Vec<PathBuf>>,
+    /// The files that there are, if they are not where the path says.
+    held: &'a [(PathBuf, Arc<[u8]>)],
 }
 
 impl<'a> Source<'a> {
     pub fn new(path: &'a Path, bytes: &'a [u8]) -> Self {
-        Self { path, bytes, found: RefCell::default() }
+        Self { path, bytes, found: RefCell::default(), held: &[] }
+    }
+
+    /// One of files that are held.
+    pub fn held(path: &'a Path, bytes: &'a [u8], held: &'a [(PathBuf, Arc<[u8]>)]) -> Self {
+        Self { held, ..Self::new(path, bytes) }
+    }
+
+    /// The bytes of a file that this one refers to.
+    pub fn read(&self, path: &Path) -> io::Result<Arc<[u8]>> {
+        match self.held.iter().find(|h| h.0 == path) {
+            Some((_, bytes)) => Ok(Arc::clone(bytes)),
+            None => read_regular(path).map(Into::into),
+        }
     }
 
     /// Something is wrong at a place in this file.
@@ -181,7 +198,8 @@ impl<'a> Source<'a> {
         let reference = reference.replace('\\', "/");
         let name = reference.rsplit('/').next().unwrap_or_default();
         let mut places = [folder.join(&reference), folder.join(name)].into_iter();
-        let path = places.find(|p| p.is_file())?;
+        let is_held = |p: &PathBuf| self.held.iter().any(|h| h.0 == *p);
+        let path = places.find(|p| if self.held.is_empty() { p.is_file() } else { is_held(p) })?;
         self.found.borrow_mut().push(path.clone());
         Some(path)
     }

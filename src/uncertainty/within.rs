@@ -52,10 +52,32 @@ pub fn light_within(
     target: f64,
     progress: &dyn Progress,
 ) -> Result<Solution, LightError> {
+    within(scene, options, target, progress).map(|found| found.0)
+}
+
+/// The options by which [`light_within`] reaches an error, or comes nearest to it.
+///
+/// # Errors
+/// As [`light_within`].
+pub fn options_within(
+    scene: &Scene,
+    options: &LightOptions,
+    target: f64,
+    progress: &dyn Progress,
+) -> Result<LightOptions, LightError> {
+    within(scene, options, target, progress).map(|found| found.1)
+}
+
+fn within(
+    scene: &Scene,
+    options: &LightOptions,
+    target: f64,
+    progress: &dyn Progress,
+) -> Result<(Solution, LightOptions), LightError> {
     if !matches!(options.engine, EngineOptions::Rays(_)) {
         let mut solution = light(scene, options, progress)?;
         solution.report.error = Some(error_of(scene, &solution, progress)?);
-        return Ok(solution);
+        return Ok((solution, *options));
     }
     let mut options = *options;
     let fixed = options.patch_size.is_some() || options.adaptive.is_some();
@@ -69,7 +91,7 @@ pub fn light_within(
     let usual = options.tolerance.unwrap_or(SAMPLED_TOLERANCE);
     options.tolerance = Some(usual.min(SOLVER * target));
     let least = options.patch_size.map_or(0.0, |size| SMALLEST * size);
-    let mut best: Option<(f64, Solution)> = None;
+    let mut best: Option<(f64, Solution, LightOptions)> = None;
     for _ in 0..TURNS {
         let mut solution = match light(scene, &options, progress) {
             Ok(solution) => solution,
@@ -79,14 +101,17 @@ pub fn light_within(
         let error = error_of(scene, &solution, progress)?;
         solution.report.error = Some(error);
         if best.as_ref().is_none_or(|b| error.total <= b.0) {
-            best = Some((error.total, solution));
+            best = Some((error.total, solution, options));
         }
         if error.total <= target || !better(&mut options, (fixed, least), error, target) {
             break;
         }
     }
     // There is one after the first turn.
-    best.map_or_else(|| light(scene, &options, progress), |b| Ok(b.1))
+    match best {
+        Some((_, solution, options)) => Ok((solution, options)),
+        None => Ok((light(scene, &options, progress)?, options)),
+    }
 }
 
 /// What a solution states of the light that surfaces send to each other: what arrives straight is

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use glam::DVec3;
 use hemicube::engines::rays::MOST_SAMPLES;
 use hemicube::gather::{FEWEST_RAYS, MOST_RAYS};
+use hemicube::store::Group;
 
 use super::{CameraArg, Emission, Exposure, LampArg, SunArg};
 
@@ -51,6 +52,27 @@ pub fn emission(text: &str) -> Result<(String, Emission), String> {
         Emission::Radiance(r) => r.min_element() >= 0.0 && r.max_element() < MOST_RADIANCE,
     };
     if valid && !name.is_empty() { Ok((name.to_owned(), emission)) } else { Err(wrong()) }
+}
+
+/// The name of a material, and its reflectance.
+pub fn reflectances(text: &str) -> Result<(String, DVec3), String> {
+    let wrong =
+        || format!("'{text}' is not a reflectance; write it like wall=.7,.7,.6, each 0 to below 1");
+    let (name, value) = text.rsplit_once('=').ok_or_else(wrong)?;
+    let rho = vector(value).map_err(|_| wrong())?;
+    let valid = rho.min_element() >= 0.0 && rho.max_element() < 1.0 && !name.is_empty();
+    if valid { Ok((name.to_owned(), rho)) } else { Err(wrong()) }
+}
+
+/// The name of a group of sources, and of what is in it.
+pub fn group(text: &str) -> Result<Group, String> {
+    let wrong = || format!("'{text}' is no group; write it like desk=lamp-1,lamp-2");
+    let (name, members) = text.split_once('=').ok_or_else(wrong)?;
+    let members: Vec<String> = members.split(',').map(|m| m.trim().to_owned()).collect();
+    if name.is_empty() || members.iter().any(String::is_empty) {
+        return Err(wrong());
+    }
+    Ok(Group { name: name.to_owned(), members })
 }
 
 /// A lamp, and the file of its photometry.

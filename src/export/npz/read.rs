@@ -7,7 +7,7 @@ use thiserror::Error;
 use zip::ZipArchive;
 
 use super::ORIGIN;
-use super::archive::{Archive, Kind, float, integer, text};
+use crate::export::archive::{Archive, Kind, float, integer, text};
 use crate::matrix::{Origin, Stored};
 use crate::scene::files::open_regular;
 use crate::units::Bytes;
@@ -33,14 +33,14 @@ pub enum ReadError {
     },
     /// It would not fit in memory.
     #[error(
-        "{}: its {entries} form factors take about {}, {} are allowed",
+        "{}: its {what} take about {}, {} are allowed",
         path.display(), Bytes(*needed), Bytes(*allowed)
     )]
     Memory {
         /// The file.
         path: PathBuf,
-        /// How many form factors it holds.
-        entries: u64,
+        /// What does not fit.
+        what: String,
         /// Bytes that reading takes.
         needed: u64,
         /// Bytes that are allowed.
@@ -80,7 +80,7 @@ pub fn read_npz(path: &Path, memory: u64) -> Result<Stored, ReadError> {
     if format != b"csr" {
         return Err(broken("format.npy does not say csr".into()));
     }
-    let shape = numbers(&mut archive, "shape", 2, integer).map_err(&broken)?;
+    let shape = archive.numbers("shape", 2, integer).map_err(&broken)?;
     let rows = shape.first().copied().unwrap_or_default();
     if shape != [rows; 2] || u32::try_from(rows).is_err() {
         return Err(broken("shape.npy does not say how many rows there are".into()));
@@ -89,8 +89,8 @@ pub fn read_npz(path: &Path, memory: u64) -> Result<Stored, ReadError> {
     archive.checksum();
     let needed = ENTRY_BYTES.saturating_mul(entries).saturating_add(ROW_BYTES * rows);
     if needed > memory {
-        let (path, allowed) = (path.into(), memory);
-        return Err(ReadError::Memory { path, entries, needed, allowed });
+        let (path, what, allowed) = (path.into(), format!("{entries} form factors"), memory);
+        return Err(ReadError::Memory { path, what, needed, allowed });
     }
     arrays(&mut archive, origin, rows, entries).map_err(broken)
 }
@@ -103,43 +103,29 @@ fn arrays(
     entries: u64,
 ) -> Result<Stored, String> {
     text_of(archive, "format")?;
-    numbers(archive, "shape", 2, integer)?;
-    let starts = numbers(archive, "indptr", rows + 1, integer)?;
+    archive.numbers("shape", 2, integer)?;
+    let starts = archive.numbers("indptr", rows + 1, integer)?;
     if starts.first() != Some(&0) || starts.last() != Some(&entries) || !starts.is_sorted() {
         return Err("indptr.npy does not say where rows begin".into());
     }
     let column = |kind, b: &[u8]| integer(kind, b).filter(|&j| j < rows).map(|j| j as u32);
-    let columns = numbers(archive, "indices", entries, column)?;
+    let columns = archive.numbers("indices", entries, column)?;
     let in_order = |w: &[u64]| columns[w[0] as usize..w[1] as usize].is_sorted_by(|a, b| a < b);
     if !starts.windows(2).all(in_order) {
         return Err("indices.npy does not list each row's columns in order".into());
     }
     let factor =
         |kind, b: &[u8]| float(kind, b).map(|f| f as f32).filter(|f| (0.0..=2.0).contains(f));
-    let values = numbers(archive, "data", entries, factor)?;
+    let values = archive.numbers("data", entries, factor)?;
     let area = |kind, b: &[u8]| float(kind, b).filter(|a| *a >= 0.0 && a.is_finite()).map(|_| ());
-    numbers(archive, "area", rows, area)?;
+    archive.numbers("area", rows, area)?;
     let share = |kind, b: &[u8]| float(kind, b).filter(|f| SHARES.contains(f));
-    let environment = numbers(archive, "environment", rows, share)?;
-    let back = numbers(archive, "back", rows, share)?;
+    let environment = archive.numbers("environment", rows, share)?;
+    let back = archive.numbers("back", rows, share)?;
     if archive.checksum() != origin.checksum {
         return Err("its arrays are not those that were written: their checksum differs".into());
     }
     Ok(Stored { origin, starts, columns, values, environment, back })
-}
-
-/// The numbers of an array that must hold `count` of them.
-fn numbers<T>(
-    archive: &mut Archive,
-    name: &str,
-    count: u64,
-    each: impl Fn(Kind, &[u8]) -> Option<T>,
-) -> Result<Vec<T>, String> {
-    let array = archive.open(name)?;
-    if array.count != count {
-        return Err(format!("{name}.npy holds {} numbers, not {count}", array.count));
-    }
-    array.take(each)?.ok_or_else(|| format!("{name}.npy holds a number that cannot be one of it"))
 }
 
 /// A text in an array of its own.

@@ -14,15 +14,15 @@ use super::document::Document;
 use super::material::image_bytes;
 use super::mesh::triangles;
 use crate::scene::Scene;
-use crate::scene::files::read_regular;
 use crate::scene::original::{Attribute, FirstFace, Mesh, Original, SurfaceMesh};
 use crate::scene::source::{EXPORT_AGAIN, ImportError, Place, Source};
 
 /// Reads the file that a scene came from once more.
 pub(in crate::scene) fn of_file(path: &Path, scene: &Scene) -> Result<Original, ImportError> {
-    let bytes = read_regular(path)
+    let bytes = Source::held(path, &[], &scene.held)
+        .read(path)
         .map_err(|source| ImportError::Unreadable { path: path.into(), source })?;
-    let source = Source::new(path, &bytes);
+    let source = Source::held(path, &bytes, &scene.held);
     let document = container::open(&source)?;
     let fail = |problem: &str| {
         source.malformed(Place::Element("JSON".into()), problem.to_owned(), EXPORT_AGAIN)

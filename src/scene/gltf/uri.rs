@@ -6,7 +6,6 @@ use base64::Engine;
 use base64::alphabet::STANDARD;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
 
-use crate::scene::files::read_regular;
 use crate::scene::lines::shortened;
 use crate::scene::source::Source;
 
@@ -40,9 +39,7 @@ pub fn read(source: &Source<'_>, uri: &str) -> Result<Arc<[u8]>, String> {
     let Some(path) = source.beside(&name).or_else(|| source.beside(uri)) else {
         return Err(format!("the file {} is missing", shortened(&name)));
     };
-    read_regular(&path)
-        .map(Into::into)
-        .map_err(|e| format!("{} cannot be read ({e})", path.display()))
+    source.read(&path).map_err(|e| format!("{} cannot be read ({e})", path.display()))
 }
 
 fn percent_decoded(text: &str) -> Vec<u8> {

@@ -1,7 +1,9 @@
 //! What stands beyond the border of a texture.
 
+use serde::{Deserialize, Serialize};
+
 /// How a texture coordinate outside 0..1 is brought back.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Wrap {
     /// Repeats.
     #[default]

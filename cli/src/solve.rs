@@ -1,0 +1,91 @@
+//! `hemicube solve`: a solution for each source of light.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use hemicube::export::{ExportError, read_factors, read_store, write_hemi};
+use hemicube::report::{Report, Stage};
+use hemicube::store::sources;
+use hemicube::units::Bytes;
+
+use crate::args::Solve;
+use crate::failure::Failure;
+use crate::input;
+use crate::outputs;
+use crate::remedy;
+use crate::render::{
+    inputs, light_failure, memory, of_factors, options_of, say_details, say_patches, set_threads,
+    write_report,
+};
+use crate::solutions::{self, is_solution};
+use crate::terminal::{Bar, catch_interrupts, print, say};
+
+/// Runs the command.
+pub fn run(args: &Solve) -> Result<(), Failure> {
+    catch_interrupts();
+    let (light, quiet) = (&args.light, args.light.run.quiet);
+    set_threads(light.run.threads)?;
+    if light.factors.is_some() {
+        return Err(Failure::input("--factors is not used with solve; leave it out"));
+    }
+    let scene = input::read(&args.input)?;
+    let output =
+        args.output.clone().unwrap_or_else(|| PathBuf::from(format!("{}.hemi", scene.name)));
+    if !is_solution(&output) {
+        return Err(Failure::Input(format!(
+            "{}: solutions are written as .hemi",
+            output.display()
+        )));
+    }
+    let files = [("-o", Some(&output)), ("--report", light.run.report.as_ref())];
+    outputs::check(&files, inputs(&scene, &args.input, light))?;
+    input::say_findings(&scene, quiet);
+    let bar = Bar::new(quiet);
+    let options = options_of(light)?;
+    let path = &args.input.model.scene;
+    let (store, factors) = if is_solution(path) {
+        let grouped = (!args.group.is_empty()).then_some("--group");
+        let error = light.error.map(|_| "--error");
+        if let Some(flag) = of_factors(light).or(grouped).or(error) {
+            return Err(Failure::Input(format!(
+                "{flag} is not used with a solution; give it with the model"
+            )));
+        }
+        let memory = memory(light);
+        let store = read_store(path, &scene, memory, &bar).map_err(solutions::failure)?;
+        let factors = read_factors(path, memory).map_err(solutions::failure)?;
+        let again = store.solve_again(&scene, &factors, &options, &bar);
+        (again.map_err(|e| light_failure(e, light))?, factors)
+    } else {
+        let found = sources(&scene, &args.group)
+            .map_err(|e| Failure::Input(format!("--group: {e}{}", remedy::of_group(&e, &scene))))?;
+        if found.is_empty() {
+            input::ensure_lit(&scene, &|_| glam::DVec3::ZERO)?;
+        }
+        scene.solve(found, &options, &bar).map_err(|e| light_failure(e, light))?
+    };
+    let start = Instant::now();
+    write_hemi(&output, &scene, &store, &factors, &bar)
+        .map_err(|e: ExportError| Failure::of(e, Failure::failed))?;
+    bar.finish();
+    let mut report = store.report(&scene);
+    report.stages.push(Stage { name: "write", seconds: start.elapsed().as_secs_f64() });
+    if !quiet {
+        say_patches(&scene, &report, light);
+        for source in &store.sources {
+            say(&format!("source: {}", solutions::line(source, &scene)));
+        }
+        let bytes = std::fs::metadata(&output).map_or(0, |m| m.len());
+        say(&format!("{}: {}", output.display(), Bytes(bytes)));
+    }
+    finish(&mut report, args)?;
+    print(&output.display().to_string());
+    Ok(())
+}
+
+fn finish(report: &mut Report, args: &Solve) -> Result<(), Failure> {
+    if args.light.run.verbose {
+        say_details(report);
+    }
+    write_report(report, &args.light)
+}

@@ -1,0 +1,151 @@
+//! Light of sources as arrays.
+
+use std::io::{self, Seek, Write};
+use std::sync::Arc;
+
+use super::manifest::{LightHead, RowsHead};
+use super::members::{Members, Packing};
+use super::rows;
+use crate::export::archive::{Archive, float, integer};
+use crate::form_factors::FormFactors;
+use crate::patches::{Patches, SplitCells};
+use crate::progress::Progress;
+use crate::scene::{Rgb, Scene};
+use crate::solution::{Balance, MeshOptions};
+use crate::store::Store;
+use crate::visibility::Bvh;
+
+/// The folder of rows with what may emit alone.
+const TO_EMITTERS: &str = "light/to_emitters";
+
+/// Writes what mixing needs.
+pub fn write<W: Write + Seek>(
+    to: &mut Members<W>,
+    store: &Store,
+) -> io::Result<(LightHead, RowsHead)> {
+    let (s, p) = (store.balances.len(), store.patches.len());
+    let levels = store.patches.levels().unwrap_or_default();
+    to.array("light/levels", &[levels.len()], Packing::Packed, levels.into_iter())?;
+    to.array("light/usable", &[p], Packing::Packed, store.usable.iter().map(|u| u8::from(*u)))?;
+    let mut of_all = |name: &str, of: &dyn Fn(&Balance) -> &[Rgb]| {
+        let all = store.balances.iter().flat_map(of);
+        let numbers = all.flat_map(|v| v.as_vec3().to_array());
+        to.array(&format!("light/{name}"), &[s, p, 3], Packing::Plain, numbers)
+    };
+    of_all("irradiance", &|b| &b.irradiance)?;
+    of_all("direct", &|b| &b.direct)?;
+    of_all("arrived", &|b| &b.arrived)?;
+    let sampled = s > 0 && store.balances.iter().all(|b| b.spread.is_some());
+    if sampled {
+        of_all("spread", &|b| b.spread.as_ref().map_or(&[][..], |s| &s[0]))?;
+        of_all("spread_direct", &|b| b.spread.as_ref().map_or(&[][..], |s| &s[1]))?;
+    }
+    let rows = rows::write(to, TO_EMITTERS, &store.to_emitters)?;
+    let MeshOptions { patch_size, cluster, min_area } = store.mesh;
+    let head = LightHead {
+        patches: p as u64,
+        patch_size: Some(patch_size).filter(|size| size.is_finite()),
+        cluster,
+        min_area,
+        mesh: store.patches.fingerprint(),
+        engine: store.engine.clone(),
+        sampled,
+        sources: store.sources.clone(),
+        energy: store.balances.iter().map(|b| b.energy).collect(),
+    };
+    Ok((head, rows))
+}
+
+/// The arrays of light, as they stand in the file.
+pub struct Arrays {
+    levels: Vec<u8>,
+    usable: Vec<bool>,
+    balances: Vec<Balance>,
+    to_emitters: FormFactors,
+}
+
+/// Bytes that a source takes a patch: five triples of doubles.
+pub const SOURCE_BYTES: u64 = 5 * 24;
+
+/// Reads what [`write`] wrote.
+pub fn read(
+    from: &mut Archive,
+    head: &LightHead,
+    rows: &RowsHead,
+    memory: u64,
+) -> Result<Arrays, String> {
+    let (s, p) = (head.sources.len(), head.patches);
+    if head.energy.len() != s || u32::try_from(p).is_err() {
+        return Err("manifest.json does not say how many sources and patches there are".into());
+    }
+    let adaptive = if head.min_area.is_some() { p } else { 0 };
+    let level = |kind, b: &[u8]| integer(kind, b).and_then(|l| u8::try_from(l).ok());
+    let levels = from.numbers("light/levels", adaptive, level)?;
+    let usable = from.numbers("light/usable", p, |kind, b| Some(integer(kind, b)? != 0))?;
+    let mut of_all = |name: &str| -> Result<Vec<Vec<Rgb>>, String> {
+        let real = |kind, b: &[u8]| float(kind, b).filter(|x| x.is_finite());
+        let all = from.numbers(&format!("light/{name}"), 3 * p * s as u64, real)?;
+        let threes = all.as_chunks::<3>().0;
+        let per = (p as usize).max(1);
+        Ok((0..s)
+            .map(|k| threes[k * per..][..p as usize].iter().map(|v| Rgb::from_array(*v)).collect())
+            .collect())
+    };
+    let irradiance = of_all("irradiance")?;
+    let direct = of_all("direct")?;
+    let arrived = of_all("arrived")?;
+    let spread = match head.sampled {
+        true => {
+            let both = of_all("spread")?.into_iter().zip(of_all("spread_direct")?);
+            both.map(|(all, direct)| Some([all, direct])).collect()
+        }
+        false => vec![None; s],
+    };
+    let values = irradiance.into_iter().zip(direct).zip(arrived).zip(spread).zip(&head.energy);
+    let balances = values
+        .map(|((((irradiance, direct), arrived), spread), &energy)| Balance {
+            direct,
+            irradiance,
+            arrived,
+            spread,
+            energy,
+            solved: None,
+        })
+        .collect();
+    let to_emitters = rows::read(from, TO_EMITTERS, rows, p, memory)?;
+    Ok(Arrays { levels, usable, balances, to_emitters })
+}
+
+/// The solutions of a scene from what its file holds.
+pub fn store(
+    scene: &Scene,
+    head: LightHead,
+    arrays: Arrays,
+    reflectance: &[f64],
+    progress: &dyn Progress,
+) -> Result<Store, String> {
+    let Arrays { levels, usable, balances, to_emitters } = arrays;
+    let patch_size = head.patch_size.unwrap_or(f64::INFINITY);
+    let mesh = MeshOptions { patch_size, cluster: head.cluster, min_area: head.min_area };
+    let bvh = Bvh::new(&scene.geometry);
+    let finest = mesh.finest(scene, &bvh, progress).map_err(|e| e.to_string())?;
+    let patches: Option<Patches> = match head.min_area {
+        Some(_) => SplitCells::of_levels(Arc::new(finest), &levels),
+        None => Some(finest),
+    };
+    let is_same = |p: &Patches| p.len() as u64 == head.patches && p.fingerprint() == head.mesh;
+    let patches = patches
+        .filter(is_same)
+        .ok_or("its patches are not those that this version makes of the scene")?;
+    Ok(Store {
+        patches: Arc::new(patches),
+        sources: head.sources,
+        balances,
+        usable,
+        to_emitters,
+        mesh,
+        engine: head.engine,
+        reflectance: reflectance.as_chunks::<3>().0.iter().map(|v| Rgb::from_array(*v)).collect(),
+        stages: Vec::new(),
+    })
+}
