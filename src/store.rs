@@ -1,5 +1,5 @@
-//! Solutions of a scene, one per source of light, each at unit white: light of other lamps is then a
-//! sum, and costs no form factors and no solution.
+//! Solutions of a scene, one per source of light, each at unit white: light of other lamps is then
+//! a sum, and costs no form factors and no solution.
 //!
 //! Light is linear in what emits. With H_k the irradiance that source k alone brings about at unit
 //! white, and e_k what it emits,

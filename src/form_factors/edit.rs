@@ -15,11 +15,6 @@ use crate::patches::PatchId;
 pub(crate) type RowMut<'a> = (&'a [PatchId], &'a mut [f32]);
 
 impl FormFactors {
-    /// The blocks of rows in the order in which they were taken.
-    pub(crate) fn blocks(&self) -> impl Iterator<Item = &RowBlock> {
-        self.blocks.iter().map(|block| &**block)
-    }
-
     /// The same rows with the entries of those patches alone that `keep` names. Accounts stay as
     /// they are.
     pub(crate) fn thinned(&self, keep: impl Fn(PatchId) -> bool + Sync) -> Self {

@@ -91,6 +91,12 @@ impl FormFactors {
         }
     }
 
+    /// How many entries the first half of a row has, if it is sampled.
+    pub(crate) fn half_of_row(&self, id: PatchId) -> Option<usize> {
+        let row = self.row(id)?;
+        matches!(row.weights, Weights::Equal { .. }).then(|| self.first_half(id))
+    }
+
     /// Number of entries of the first half of a sampled row.
     fn first_half(&self, id: PatchId) -> usize {
         self.place[id.index()].map_or(0, |(block, row)| {

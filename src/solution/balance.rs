@@ -104,4 +104,14 @@ impl Balance {
         let energy = EnergyBalance::of(&system, &emission, scene.sky, lamps, &irradiance);
         Ok(Self { direct: all, irradiance, arrived, spread, energy, solved: Some(solved) })
     }
+
+    /// What arrives straight, with what two halves of the shadow rays make of it.
+    pub fn straight(&self) -> Vec<DirectLight> {
+        let off = self.spread.as_ref().map(|[_, direct]| direct);
+        let light = |(i, d): (usize, &Rgb)| {
+            let off = off.map_or(Rgb::ZERO, |off| off[i]);
+            DirectLight { irradiance: *d, halves: [*d + off, *d - off] }
+        };
+        self.direct.iter().enumerate().map(light).collect()
+    }
 }

@@ -5,7 +5,6 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::error::MixError;
-use super::solving::straight;
 use super::source::{Source, unsolved};
 use crate::engines::EngineReport;
 use crate::form_factors::FormFactors;
@@ -86,7 +85,7 @@ impl Store {
         };
         clock.lap("mix");
         let by = (&*self.patches, factors);
-        let direct = straight(&mixed);
+        let direct = mixed.straight();
         let mut balance = Balance::by_direct(scene, by, &direct, &[], options, progress)?;
         balance.energy.receive(mixed.energy.received);
         let (patches, usable) = (Arc::clone(&self.patches), self.usable.clone());

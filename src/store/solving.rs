@@ -2,7 +2,7 @@
 
 use super::mixing::Store;
 use super::source::{Source, shine};
-use crate::direct::{self, DirectLight};
+use crate::direct;
 use crate::form_factors::FormFactors;
 use crate::progress::Progress;
 use crate::report::Clock;
@@ -65,7 +65,7 @@ impl Store {
         let mut clock = Clock::start();
         for (source, balance) in self.sources.iter().zip(&mut self.balances) {
             shine(scene, &[source], &mut alone);
-            let direct = straight(balance);
+            let direct = balance.straight();
             let received = balance.energy.received;
             let by = (&*self.patches, factors);
             *balance = Balance::by_direct(&alone, by, &direct, &[], options, progress)?;
@@ -76,14 +76,4 @@ impl Store {
         self.reflectance.clone_from(&scene.optics.reflectance);
         Ok(self)
     }
-}
-
-/// The direct light of a balance.
-pub(super) fn straight(balance: &Balance) -> Vec<DirectLight> {
-    let off = balance.spread.as_ref().map(|[_, direct]| direct);
-    let light = |(i, d): (usize, &Rgb)| {
-        let off = off.map_or(Rgb::ZERO, |off| off[i]);
-        DirectLight { irradiance: *d, halves: [*d + off, *d - off] }
-    };
-    balance.direct.iter().enumerate().map(light).collect()
 }

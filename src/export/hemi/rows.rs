@@ -5,66 +5,57 @@ use std::io::{self, Seek, Write};
 use super::manifest::{BlockHead, RowsHead, WeightsHead};
 use super::members::{Members, Packing};
 use crate::export::archive::{Archive, float, integer};
-use crate::form_factors::{FormFactors, RowAccount, RowBlock, RowSink, Weights};
+use crate::form_factors::{FormFactors, RowAccount, RowBlock, RowSink, RowView, Weights};
 use crate::patches::PatchId;
 
-/// Writes rows into the folder `name`.
+/// Writes rows into the folder `name`, in the order of patches.
 pub fn write<W: Write + Seek>(
     to: &mut Members<W>,
     name: &str,
-    rows: &FormFactors,
+    factors: &FormFactors,
 ) -> io::Result<RowsHead> {
     const PLAIN: Packing = Packing::Plain;
-    let blocks: Vec<&RowBlock> = rows.blocks().collect();
-    let (count, entries) = (rows.rows(), rows.entries() as usize);
+    let ids: Vec<PatchId> =
+        (0..factors.len() as u32).map(PatchId).filter(|i| factors.has_row(*i)).collect();
+    let rows: Vec<RowView<'_>> = ids.iter().filter_map(|i| factors.row(*i)).collect();
+    let count = rows.len();
+    let entries: usize = rows.iter().map(|r| r.columns.len()).sum();
     let at = |part: &str| format!("{name}/{part}");
-    let ids = blocks.iter().flat_map(|b| b.ids.iter().map(|i| i.0));
-    to.array(&at("patches"), &[count], PLAIN, ids)?;
-    let lengths =
-        |b: &RowBlock| b.starts.windows(2).map(|w| (w[1] - w[0]) as u32).collect::<Vec<_>>();
-    to.array(&at("lengths"), &[count], PLAIN, blocks.iter().flat_map(|b| lengths(b)))?;
-    let halves = |b: &RowBlock| {
-        let ends = b.halves.iter().zip(&b.starts);
-        ends.map(|(half, start)| (half - start) as u32).collect::<Vec<_>>()
+    to.array(&at("patches"), &[count], PLAIN, ids.iter().map(|i| i.0))?;
+    let lengths = rows.iter().map(|r| r.columns.len() as u32);
+    to.array(&at("lengths"), &[count], PLAIN, lengths)?;
+    let halves: Vec<usize> = ids.iter().filter_map(|i| factors.half_of_row(*i)).collect();
+    to.array(&at("halves"), &[halves.len()], PLAIN, halves.iter().map(|h| *h as u32))?;
+    let account = |i: &PatchId| {
+        let RowAccount { environment, back, lost } = factors.account(*i);
+        [environment, back, lost]
     };
-    let sampled = blocks.iter().map(|b| b.halves.len()).sum();
-    to.array(&at("halves"), &[sampled], PLAIN, blocks.iter().flat_map(|b| halves(b)))?;
-    let shares = |a: &RowAccount| [a.environment, a.back, a.lost];
-    let accounts = blocks.iter().flat_map(|b| b.accounts.iter().flat_map(shares));
-    to.array(&at("account"), &[count, 3], PLAIN, accounts)?;
-    let columns = blocks.iter().flat_map(|b| b.columns.iter().map(|j| j.0));
+    to.array(&at("account"), &[count, 3], PLAIN, ids.iter().flat_map(account))?;
+    let columns = rows.iter().flat_map(|r| r.columns.iter().map(|j| j.0));
     to.array(&at("columns"), &[entries], PLAIN, columns)?;
-    let fixed = |b: &&RowBlock| match &b.weights {
-        Weights::Fixed(w) => w.clone(),
-        _ => Vec::new(),
-    };
-    let each = |b: &&RowBlock| match &b.weights {
-        Weights::Each(w) => w.clone(),
-        _ => Vec::new(),
-    };
-    let kept = |kind: WeightsHead| {
-        blocks.iter().filter(|b| head(b).weights == kind).map(|b| b.entries()).sum::<usize>()
-    };
-    to.array(&at("fixed"), &[kept(WeightsHead::Fixed)], PLAIN, blocks.iter().flat_map(fixed))?;
-    to.array(&at("each"), &[kept(WeightsHead::Each)], PLAIN, blocks.iter().flat_map(each))?;
-    // Neighbours that are stored alike become one block.
-    let mut heads: Vec<BlockHead> = Vec::new();
-    for head in blocks.iter().map(|b| head(b)) {
-        match heads.last_mut() {
-            Some(last) if last.weights == head.weights => last.rows += head.rows,
-            _ => heads.push(head),
+    let fixed = rows.iter().flat_map(|r| match r.weights {
+        Weights::Fixed(w) => &w[r.range()],
+        _ => &[],
+    });
+    let each = rows.iter().flat_map(|r| match r.weights {
+        Weights::Each(w) => &w[r.range()],
+        _ => &[],
+    });
+    to.array(&at("fixed"), &[fixed.clone().count()], PLAIN, fixed.copied())?;
+    to.array(&at("each"), &[each.clone().count()], PLAIN, each.copied())?;
+    let mut blocks: Vec<BlockHead> = Vec::new();
+    for row in &rows {
+        let weights = match row.weights {
+            Weights::Fixed(_) => WeightsHead::Fixed,
+            Weights::Each(_) => WeightsHead::Each,
+            Weights::Equal { rays, .. } => WeightsHead::Equal(*rays),
+        };
+        match blocks.last_mut() {
+            Some(last) if last.weights == weights => last.rows += 1,
+            _ => blocks.push(BlockHead { rows: 1, weights }),
         }
     }
-    Ok(RowsHead { rows: count as u64, entries: entries as u64, blocks: heads })
-}
-
-fn head(block: &RowBlock) -> BlockHead {
-    let weights = match block.weights {
-        Weights::Fixed(_) => WeightsHead::Fixed,
-        Weights::Each(_) => WeightsHead::Each,
-        Weights::Equal { rays, .. } => WeightsHead::Equal(rays),
-    };
-    BlockHead { rows: block.len() as u64, weights }
+    Ok(RowsHead { rows: count as u64, entries: entries as u64, blocks })
 }
 
 /// Reads the rows of so many patches from the folder `name`, in at most `memory` bytes.
