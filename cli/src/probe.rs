@@ -11,6 +11,7 @@ use hemicube::patches::Patches;
 use hemicube::progress::Progress;
 use hemicube::report::Stage;
 use hemicube::scene::{Scene, luminance};
+use hemicube::staging::Model;
 use hemicube::tone::FalseColour;
 use hemicube::visibility::Bvh;
 
@@ -52,9 +53,12 @@ pub fn run(args: &Probe) -> Result<(), Failure> {
     input::say_findings(&scene, quiet);
     let first = table.probes.first();
     // Off the surface that it lies on.
-    input::ensure_lit(&scene, &|model| {
+    let ahead = |model: &Model<'_>| {
         first.map_or(DVec3::ZERO, |p| p.point + p.normal * (1e-3 * model.size()))
-    })?;
+    };
+    if !is_solution(&args.input.model.scene) {
+        input::ensure_lit(&scene, &ahead)?;
+    }
     let bar = Bar::new(quiet);
     let mut solution = lit(&scene, &args.input, &light_of(args, &scene), &bar)?;
 
