@@ -162,6 +162,15 @@ impl Patches {
         self.origins.get(&id).copied().unwrap_or_else(|| self.center(id))
     }
 
+    /// The patches of the uniform mesh that look-ups go through whose origin is not their centroid,
+    /// ascending, and where on their triangle it is.
+    pub(crate) fn moved_origins(&self) -> Vec<(PatchId, DVec2)> {
+        let finest = self.finest.as_ref().map_or(self, |f| &f.patches);
+        let mut moved: Vec<_> = finest.origins.iter().map(|(id, p)| (*id, p.uv)).collect();
+        moved.sort_by_key(|m| m.0);
+        moved
+    }
+
     /// The uniform mesh that look-ups go through, and for each of its patches the one of this mesh;
     /// `None` for a uniform mesh, which is its own.
     #[must_use]

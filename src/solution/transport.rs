@@ -60,8 +60,8 @@ impl MeshOptions {
         Self { patch_size, cluster, min_area: options.adaptive.map(|a| a.min_area) }
     }
 
-    /// The finest mesh.
-    fn subdivide(&self, scene: &Scene, progress: &dyn Progress) -> Result<Patches, LightError> {
+    /// The finest mesh, each patch's origin its centroid.
+    pub fn subdivide(&self, scene: &Scene, progress: &dyn Progress) -> Result<Patches, LightError> {
         let geometry = &scene.geometry;
         let finest = self.min_area.map_or(self.patch_size, |area| area.min(self.patch_size));
         Ok(if self.cluster {
@@ -71,8 +71,8 @@ impl MeshOptions {
         })
     }
 
-    /// The finest mesh, with origins that see what is about them.
-    pub fn finest(
+    /// The same, with origins that see what is about them.
+    fn finest(
         &self,
         scene: &Scene,
         bvh: &Bvh,

@@ -1,19 +1,21 @@
 //! Light of sources as arrays.
 
+use std::collections::HashMap;
 use std::io::{self, Seek, Write};
 use std::sync::Arc;
 
 use super::manifest::{LightHead, RowsHead};
 use super::members::{Members, Packing};
 use super::rows;
+use glam::DVec2;
+
 use crate::export::archive::{Archive, float, integer};
 use crate::form_factors::FormFactors;
-use crate::patches::{Patches, SplitCells};
+use crate::patches::{Cell, PatchId, Patches, SplitCells, SurfacePoint};
 use crate::progress::Progress;
 use crate::scene::{Rgb, Scene};
 use crate::solution::{Balance, MeshOptions};
 use crate::store::Store;
-use crate::visibility::Bvh;
 
 /// The folder of rows with what may emit alone.
 const TO_EMITTERS: &str = "light/to_emitters";
@@ -27,6 +29,11 @@ pub fn write<W: Write + Seek>(
     let levels = store.patches.levels().unwrap_or_default();
     to.array("light/levels", &[levels.len()], Packing::Packed, levels.into_iter())?;
     to.array("light/usable", &[p], Packing::Packed, store.usable.iter().map(|u| u8::from(*u)))?;
+    let (moved, origins): (Vec<_>, Vec<_>) = store.patches.moved_origins().into_iter().unzip();
+    let k = moved.len();
+    to.array("light/moved", &[k], Packing::Packed, moved.into_iter().map(|i| i.0))?;
+    let origins = origins.into_iter().flat_map(|uv| uv.to_array());
+    to.array("light/origins", &[k, 2], Packing::Packed, origins)?;
     let mut of_all = |name: &str, of: &dyn Fn(&Balance) -> &[Rgb]| {
         let all = store.balances.iter().flat_map(of);
         let numbers = all.flat_map(|v| v.as_vec3().to_array());
@@ -47,6 +54,7 @@ pub fn write<W: Write + Seek>(
         patch_size: Some(patch_size).filter(|size| size.is_finite()),
         cluster,
         min_area,
+        moved: k as u64,
         mesh: store.patches.fingerprint(),
         engine: store.engine.clone(),
         sampled,
@@ -59,6 +67,8 @@ pub fn write<W: Write + Seek>(
 /// The arrays of light, as they stand in the file.
 pub struct Arrays {
     levels: Vec<u8>,
+    moved: Vec<u32>,
+    origins: Vec<f64>,
     usable: Vec<bool>,
     balances: Vec<Balance>,
     to_emitters: FormFactors,
@@ -82,6 +92,10 @@ pub fn read(
     let level = |kind, b: &[u8]| integer(kind, b).and_then(|l| u8::try_from(l).ok());
     let levels = from.numbers("light/levels", adaptive, level)?;
     let usable = from.numbers("light/usable", p, |kind, b| Some(integer(kind, b)? != 0))?;
+    let whole = |kind, b: &[u8]| integer(kind, b).and_then(|i| u32::try_from(i).ok());
+    let moved = from.numbers("light/moved", head.moved, whole)?;
+    let within = |kind, b: &[u8]| float(kind, b).filter(|x| (0.0..=1.0).contains(x));
+    let origins = from.numbers("light/origins", 2 * head.moved, within)?;
     let mut of_all = |name: &str| -> Result<Vec<Vec<Rgb>>, String> {
         let real = |kind, b: &[u8]| float(kind, b).filter(|x| x.is_finite());
         let all = from.numbers(&format!("light/{name}"), 3 * p * s as u64, real)?;
@@ -113,7 +127,7 @@ pub fn read(
         })
         .collect();
     let to_emitters = rows::read(from, TO_EMITTERS, rows, p, memory)?;
-    Ok(Arrays { levels, usable, balances, to_emitters })
+    Ok(Arrays { levels, moved, origins, usable, balances, to_emitters })
 }
 
 /// The solutions of a scene from what its file holds.
@@ -124,11 +138,22 @@ pub fn store(
     reflectance: &[f64],
     progress: &dyn Progress,
 ) -> Result<Store, String> {
-    let Arrays { levels, usable, balances, to_emitters } = arrays;
+    let Arrays { levels, moved, origins, usable, balances, to_emitters } = arrays;
     let patch_size = head.patch_size.unwrap_or(f64::INFINITY);
     let mesh = MeshOptions { patch_size, cluster: head.cluster, min_area: head.min_area };
-    let bvh = Bvh::new(&scene.geometry);
-    let finest = mesh.finest(scene, &bvh, progress).map_err(|e| e.to_string())?;
+    let finest = mesh.subdivide(scene, progress).map_err(|e| e.to_string())?;
+    let mut at = HashMap::new();
+    for (&id, uv) in moved.iter().zip(origins.as_chunks::<2>().0) {
+        if id as usize >= finest.len() {
+            return Err("light/moved.npy names no patch".into());
+        }
+        let Cell { triangle, side, .. } = finest.cell(PatchId(id));
+        at.insert(PatchId(id), SurfacePoint { triangle, side, uv: DVec2::from_array(*uv) });
+    }
+    let finest = match at.is_empty() {
+        true => finest,
+        false => finest.with_origins(at, progress).map_err(|e| e.to_string())?,
+    };
     let patches: Option<Patches> = match head.min_area {
         Some(_) => SplitCells::of_levels(Arc::new(finest), &levels),
         None => Some(finest),

@@ -94,6 +94,8 @@ pub struct LightHead {
     pub cluster: bool,
     /// Smallest area of a patch of an adaptive mesh, m².
     pub min_area: Option<f64>,
+    /// How many patches have an origin that is not their centroid.
+    pub moved: u64,
     /// Fingerprint of the patches.
     pub mesh: String,
     pub engine: EngineReport,
