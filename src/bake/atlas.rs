@@ -103,8 +103,9 @@ impl Atlas {
                 outer([places[tile.chart as usize], sizes[tile.chart as usize]]);
             let low = y[0].min(y[1]).min(y[2]).max(top as f64) as usize;
             let high = (y[0].max(y[1]).max(y[2]).max(0.0) as usize + 1).min(top + down);
-            let last = (high / BAND).min(in_band.len() - 1);
-            for band in &mut in_band[low.saturating_sub(1) / BAND..=last] {
+            let first = low.saturating_sub(1) / BAND;
+            let touched = (high / BAND + 1).saturating_sub(first);
+            for band in in_band.iter_mut().skip(first).take(touched) {
                 band.push(i as u32);
             }
         }
