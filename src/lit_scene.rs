@@ -15,7 +15,7 @@ use crate::solution::{LightError, LightOptions, Solution, light};
 use crate::staging::{Lens, Model, viewpoint};
 use crate::store::{Source, Store};
 use crate::tone::{KEY, Tone};
-use crate::uncertainty::{light_within, options_within};
+use crate::uncertainty::light_within;
 use crate::visibility::Bvh;
 
 /// A scene and its light.
@@ -64,7 +64,7 @@ impl Scene {
         progress: &dyn Progress,
     ) -> Result<LitScene<'_>, LightError> {
         let solution = match options.error {
-            Some(error) => light_within(self, options, error, progress)?,
+            Some(error) => light_within(self, options, error, progress)?.0,
             None => light(self, options, progress)?,
         };
         Ok(LitScene { scene: self, solution })
@@ -83,7 +83,7 @@ impl Scene {
         progress: &dyn Progress,
     ) -> Result<(Store, FormFactors), LightError> {
         let options = match options.error {
-            Some(error) => options_within(self, options, error, progress)?,
+            Some(error) => light_within(self, options, error, progress)?.1,
             None => *options,
         };
         Store::solve(self, sources, &options, progress)

@@ -229,6 +229,53 @@ fn broken_and_foreign_files_are_refused() {
     assert!(error.to_string().contains("are allowed"), "{error}");
 }
 
+/// A file whose manifest somebody has changed.
+fn with_manifest(path: &Path, from: &str, to: &str) -> Vec<u8> {
+    use std::io::{Cursor, Read, Write};
+    let mut old = zip::ZipArchive::new(fs::File::open(path).unwrap()).unwrap();
+    let mut new = zip::ZipWriter::new(Cursor::new(Vec::new()));
+    for k in 0..old.len() {
+        let mut member = old.by_index(k).unwrap();
+        let name = member.name().unwrap().into_owned();
+        let mut bytes = Vec::new();
+        member.read_to_end(&mut bytes).unwrap();
+        if name == "manifest.json" {
+            let text = String::from_utf8(bytes).unwrap();
+            assert!(text.contains(from), "{from}");
+            bytes = text.replace(from, to).into_bytes();
+        }
+        new.start_file(name, zip::write::SimpleFileOptions::default()).unwrap();
+        new.write_all(&bytes).unwrap();
+    }
+    new.finish().unwrap().into_inner()
+}
+
+#[test]
+fn changed_manifests_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let scene = scene();
+    let (store, factors) = stored(&scene, &options(engines()[2]));
+    write_hemi(&at("whole.hemi"), &scene, &store, &factors, &Silent).unwrap();
+    let patches = format!("\"patches\": {}", store.patches.len());
+    for (from, to) in [
+        ("\"lamp\": 2", "\"lamp\": 9"),
+        ("\"material\": 1", "\"material\": 77"),
+        ("\"version\": 1", "\"version\": 2"),
+        (&*patches, "\"patches\": 0"),
+        (&*patches, "\"patches\": 4294967295"),
+        ("\"whole_from\": null", "\"whole_from\": 4000000000"),
+        ("\"moved\": 0", "\"moved\": 18446744073709551615"),
+        ("\"sampled\": true", "\"sampled\": false"),
+    ] {
+        fs::write(at("changed.hemi"), with_manifest(&at("whole.hemi"), from, to)).unwrap();
+        let read = read_scene(&at("changed.hemi"))
+            .and_then(|scene| read_store(&at("changed.hemi"), &scene, 1 << 30, &Silent));
+        let message = read.map(|_| ()).unwrap_err().to_string();
+        assert!(message.contains("changed.hemi"), "{to}: {message}");
+    }
+}
+
 fn other_scene() -> Scene {
     Scene::builtin("cornell-box").unwrap()
 }
@@ -286,4 +333,6 @@ fn groups_are_solved_together() {
     let twice = refused(&[group("a", &["first"]), group("b", &["first"])]);
     assert_eq!(twice, GroupError::Twice { group: "b".into(), name: "first".into() });
     assert_eq!(refused(&[group("bulb", &["first"])]), GroupError::Name("bulb".into()));
+    let dark = refused(&[group("a", &["first", "wall"])]);
+    assert_eq!(dark, GroupError::Dark { group: "a".into(), name: "wall".into() });
 }

@@ -107,7 +107,7 @@ fn one_knob_reaches_the_error_asked_for() {
     open.patch_size = None;
     let mut last = f64::INFINITY;
     for target in [0.05, 0.02] {
-        let solution = light_within(&scene, &open, target, &Silent).unwrap();
+        let (solution, _) = light_within(&scene, &open, target, &Silent).unwrap();
         let error = solution.report.error.unwrap();
         println!("{target}: {error:?}, {} patches", solution.patches.len());
         assert!(error.total <= target && error.total < last);
@@ -115,7 +115,7 @@ fn one_knob_reaches_the_error_asked_for() {
         last = error.total;
     }
     // With patches as they are told to be, only rays are left to choose.
-    let fixed = light_within(&scene, &options(0.2, 32, 0), 1e-4, &Silent).unwrap();
+    let (fixed, _) = light_within(&scene, &options(0.2, 32, 0), 1e-4, &Silent).unwrap();
     assert_eq!(fixed.report.patch_size, 0.2);
     assert!(fixed.report.error.unwrap().total > 1e-4);
 }
@@ -136,7 +136,7 @@ fn solutions_that_are_not_sampled_state_what_patches_blur() {
     let scene = builtin::build("cornell-box").unwrap();
     let engine = EngineOptions::Hemicube(HemicubeOptions::default());
     let options = LightOptions { engine, ..options(0.05, 32, 0) };
-    let solution = light_within(&scene, &options, 0.01, &Silent).unwrap();
+    let (solution, _) = light_within(&scene, &options, 0.01, &Silent).unwrap();
     let error = solution.report.error.unwrap();
     assert!(error.noise == 0.0 && error.refinement > 0.0 && error.total == error.refinement);
 }

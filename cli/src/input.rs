@@ -188,6 +188,13 @@ fn set_reflectance(scene: &mut Scene, name: &str, reflectance: DVec3) -> Result<
             material_names(scene)
         )));
     }
+    let most = optics.max_reflectance;
+    if reflectance.max_element() > most {
+        return Err(Failure::Input(format!(
+            "--reflectance {name}: is brighter than the {most} that is allowed; raise \
+             --max-reflectance, with the model"
+        )));
+    }
     found.into_iter().for_each(|m| optics.set_reflectance(m, reflectance));
     Ok(())
 }

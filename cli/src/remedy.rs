@@ -126,7 +126,7 @@ pub fn of_stored(error: &StoredError) -> String {
 /// About a file of form factors that cannot be read.
 pub fn of_stored_file(error: &ReadError) -> &'static str {
     match error {
-        ReadError::Unreadable { .. } => "",
+        ReadError::Unreadable { .. } | ReadError::Cancelled(_) => "",
         ReadError::Broken { .. } => "; make it again with hemicube factors -o F.npz",
         ReadError::Memory { .. } => "; allow more with --memory",
     }
@@ -135,7 +135,7 @@ pub fn of_stored_file(error: &ReadError) -> &'static str {
 /// About a file of solutions that cannot be read.
 pub fn of_solutions(error: &ReadError) -> &'static str {
     match error {
-        ReadError::Unreadable { .. } => "",
+        ReadError::Unreadable { .. } | ReadError::Cancelled(_) => "",
         ReadError::Broken { .. } => "; make it again with hemicube solve",
         ReadError::Memory { .. } => "; allow more with --memory",
     }

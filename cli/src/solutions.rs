@@ -20,7 +20,7 @@ pub fn is_solution(path: &Path) -> bool {
 
 /// What is wrong with a file of solutions, and what to do about it.
 pub fn failure(error: ReadError) -> Failure {
-    Failure::Input(format!("{error}{}", remedy::of_solutions(&error)))
+    Failure::of(error, |e| Failure::Input(format!("{e}{}", remedy::of_solutions(&e))))
 }
 
 /// The scene of a file of solutions.

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use hemicube::export::{ExportError, read_factors, read_store, write_hemi};
-use hemicube::report::{Report, Stage};
+use hemicube::report::Stage;
 use hemicube::store::sources;
 use hemicube::units::Bytes;
 
@@ -54,8 +54,11 @@ pub fn run(args: &Solve) -> Result<(), Failure> {
         let memory = memory(light);
         let store = read_store(path, &scene, memory, &bar).map_err(solutions::failure)?;
         let factors = read_factors(path, memory).map_err(solutions::failure)?;
-        let again = store.solve_again(&scene, &factors, &options, &bar);
-        (again.map_err(|e| light_failure(e, light))?, factors)
+        let store = match store.reflects_as(&scene) {
+            true => Ok(store),
+            false => store.solve_again(&scene, &factors, &options, &bar),
+        };
+        (store.map_err(|e| light_failure(e, light))?, factors)
     } else {
         let found = sources(&scene, &args.group)
             .map_err(|e| Failure::Input(format!("--group: {e}{}", remedy::of_group(&e, &scene))))?;
@@ -78,14 +81,10 @@ pub fn run(args: &Solve) -> Result<(), Failure> {
         let bytes = std::fs::metadata(&output).map_or(0, |m| m.len());
         say(&format!("{}: {}", output.display(), Bytes(bytes)));
     }
-    finish(&mut report, args)?;
+    if light.run.verbose {
+        say_details(&report);
+    }
+    write_report(&mut report, light)?;
     print(&output.display().to_string());
     Ok(())
-}
-
-fn finish(report: &mut Report, args: &Solve) -> Result<(), Failure> {
-    if args.light.run.verbose {
-        say_details(report);
-    }
-    write_report(report, &args.light)
 }

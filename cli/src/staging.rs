@@ -29,6 +29,9 @@ pub fn prepare(scene: &mut Scene, args: &Look, aspect: Option<f64>) -> Result<Se
     let authored = scene.optics.emits() && !scene.cameras.is_empty();
     let lit = !scene.lamps.is_empty() || args.input.sky.is_some() || authored;
     let stage = match args.stage {
+        StageArg::On if is_solution(&args.input.model.scene) => {
+            return Err(Failure::input("--stage on is not used with a solution; leave it out"));
+        }
         _ if is_solution(&args.input.model.scene) => false,
         StageArg::Auto => {
             let engine = args.light.engine() != EngineArg::Classical;

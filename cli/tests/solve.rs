@@ -113,6 +113,8 @@ fn what_a_solution_cannot_do_is_refused() {
         (&["--emission", "lihgt=1,1,1"], &["lihgt", "no such material or lamp", "light"]),
         (&["--reflectance", "wihte=.1,.1,.1"], &["wihte", "no such material"]),
         (&["--reflectance", "white=1,1,1"], &["0 to below 1"]),
+        (&["--reflectance", "white=.95,.5,.5"], &["white", "0.9", "--max-reflectance"]),
+        (&["--stage", "on"], &["--stage on is not used"]),
     ] {
         refuse(&[&render[..], flags].concat(), parts);
     }

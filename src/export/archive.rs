@@ -192,6 +192,16 @@ pub fn float(kind: Kind, bytes: &[u8]) -> Option<f64> {
     }
 }
 
+/// An integer of 32 bits.
+pub fn word(kind: Kind, bytes: &[u8]) -> Option<u32> {
+    integer(kind, bytes).and_then(|i| u32::try_from(i).ok())
+}
+
+/// A float that is a number.
+pub fn finite(kind: Kind, bytes: &[u8]) -> Option<f64> {
+    float(kind, bytes).filter(|x| x.is_finite())
+}
+
 /// A text.
 pub fn text(kind: Kind, bytes: &[u8]) -> Option<Vec<u8>> {
     matches!(kind, Kind::Text(_)).then(|| bytes.to_vec())

@@ -37,7 +37,7 @@ use crate::progress::Progress;
 use crate::scene::Scene;
 use crate::store::Store;
 use manifest::{Checksums, FORMAT, Manifest, VERSION};
-use members::Members;
+use members::{Members, Packing};
 
 /// Writes the solutions of a scene and the form factors that they were made by. Advances `progress`
 /// by one for each part.
@@ -63,7 +63,7 @@ fn write_as(
     progress: &dyn Progress,
 ) -> io::Result<()> {
     let heard = || progress.advance(1).map_err(|_| io::ErrorKind::Interrupted);
-    let mut members = Members { zip: Writer::new(file) };
+    let mut members = Members { zip: Writer::new(file), progress };
     let head = scene::write(&mut members, scene)?;
     let of_scene = members.zip.checksum();
     heard()?;
@@ -83,6 +83,7 @@ fn write_as(
         factors: rows,
         checksums: Checksums { scene: of_scene, light: of_light, factors: of_factors },
     };
-    members.packed("manifest.json", &serde_json::to_vec_pretty(&manifest)?)?;
+    let manifest = serde_json::to_vec_pretty(&manifest)?;
+    members.bytes("manifest.json", Packing::Packed, &manifest)?;
     members.zip.finish()
 }

@@ -24,8 +24,8 @@ pub enum GroupError {
     /// Its name means something else.
     #[error("group {0}: that is the name of something that is not in it")]
     Name(String),
-    /// A texture without light.
-    #[error("group {group}: {name} emits by a texture, but nothing at all")]
+    /// Something that emits nothing beside what does, or a texture without light.
+    #[error("group {group}: {name} emits nothing, so its share of the group's light is not known")]
     Dark {
         /// The group.
         group: String,

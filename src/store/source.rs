@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 use serde::{Deserialize, Serialize};
 
 use super::error::{GroupError, MixError};
-use crate::scene::{Lamp, Rgb, Scene, luminance};
+use crate::scene::{Lamp, Optics, Rgb, Scene, luminance};
 
 /// What emits light in a scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -45,7 +45,7 @@ pub struct Source {
 pub struct Group {
     /// The name of the source.
     pub name: String,
-    /// What is in it. It may be what emits nothing yet.
+    /// What is in it. All of it emits, or nothing of it yet.
     pub members: Vec<String>,
 }
 
@@ -135,13 +135,17 @@ pub fn sources(scene: &Scene, groups: &[Group]) -> Result<Vec<Source>, GroupErro
                     let (group, name) = wrong();
                     return Err(GroupError::Twice { group, name });
                 }
-                if !emitter.emits(scene) && emitter.is_textured(scene) {
-                    let (group, name) = wrong();
-                    return Err(GroupError::Dark { group, name });
-                }
-                members.push(emitter);
+                members.push((name, emitter));
             }
         }
+        // What is dark has no share in what others emit, and a texture alone no strength.
+        let lit = members.iter().any(|m| m.1.emits(scene));
+        let dark = |m: &&(&String, Emitter)| !m.1.emits(scene) && (lit || m.1.is_textured(scene));
+        if let Some((name, _)) = members.iter().find(dark) {
+            let (group, name) = (group.name.clone(), (*name).clone());
+            return Err(GroupError::Dark { group, name });
+        }
+        let members: Vec<Emitter> = members.into_iter().map(|m| m.1).collect();
         sources.push((group.name.clone(), members));
     }
     let mut rest: BTreeMap<&str, Vec<Emitter>> = BTreeMap::new();
@@ -222,8 +226,6 @@ impl Source {
 
 /// Lets some sources of a scene alone emit, as they were solved. `into` is a copy of `scene`.
 pub(super) fn shine(scene: &Scene, sources: &[&Source], into: &mut Scene) {
-    let count = scene.optics.materials.len();
-    let mut factor: Vec<Option<Rgb>> = vec![None; count];
     into.sky = Rgb::ZERO;
     into.lamps.clone_from(&scene.lamps);
     into.lamps.iter_mut().for_each(|l| l.set_emission(Rgb::ZERO));
@@ -232,23 +234,18 @@ pub(super) fn shine(scene: &Scene, sources: &[&Source], into: &mut Scene) {
     }
     for member in sources.iter().flat_map(|s| &s.members) {
         match member.emitter {
-            Emitter::Material(m) => {
-                into.optics.materials[m].radiance = member.emission;
-                factor[m] = Some(member.emission);
-            }
+            Emitter::Material(m) => into.optics.materials[m].radiance = member.emission,
             Emitter::Lamp(l) => into.lamps[l].set_emission(member.emission),
             Emitter::Sky => into.sky = member.emission,
         }
     }
-    let old = &scene.optics;
-    for (t, e) in into.optics.emission.iter_mut().enumerate() {
-        let m = old.material_of[t] as usize;
-        *e = match factor[m] {
-            None => Rgb::ZERO,
-            // A texture's mean is part of what each triangle emits.
-            Some(_) if old.materials[m].radiance_texture.is_some() => old.emission[t],
-            Some(radiance) => radiance * PI,
-        };
+    let Optics { emission, materials, material_of, .. } = &mut into.optics;
+    for (t, e) in emission.iter_mut().enumerate() {
+        let material = &materials[material_of[t] as usize];
+        // A texture's mean is part of what each triangle emits; such materials are solved as they
+        // are.
+        let textured = material.radiance_texture.is_some() && material.radiance != Rgb::ZERO;
+        *e = if textured { scene.optics.emission[t] } else { material.radiance * PI };
     }
 }
 

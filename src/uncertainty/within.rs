@@ -43,32 +43,10 @@ const SIZE_POWER: f64 = 0.4;
 /// by way of other surfaces is at most `target`, a share of all that arrives (0.01 is 1 %). From
 /// turn to turn it takes more rays and, unless `options` say how large patches are, smaller
 /// patches. Where memory or the largest number of rays puts that out of reach, it yields the best
-/// solution, whose report says how good it is.
+/// solution, whose report says how good it is. The options that it was lit by come with it.
 ///
 /// Engines other than [`EngineOptions::Rays`] light the scene once, with the options given.
 pub fn light_within(
-    scene: &Scene,
-    options: &LightOptions,
-    target: f64,
-    progress: &dyn Progress,
-) -> Result<Solution, LightError> {
-    within(scene, options, target, progress).map(|found| found.0)
-}
-
-/// The options by which [`light_within`] reaches an error, or comes nearest to it.
-///
-/// # Errors
-/// As [`light_within`].
-pub fn options_within(
-    scene: &Scene,
-    options: &LightOptions,
-    target: f64,
-    progress: &dyn Progress,
-) -> Result<LightOptions, LightError> {
-    within(scene, options, target, progress).map(|found| found.1)
-}
-
-fn within(
     scene: &Scene,
     options: &LightOptions,
     target: f64,

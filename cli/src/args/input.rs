@@ -84,7 +84,7 @@ pub struct Input {
 /// `--emission`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Emission {
-    /// This radiance.
+    /// This radiance, or intensity of a lamp.
     Radiance(DVec3),
     /// This multiple of the material's own.
     Share(f64),

@@ -2,17 +2,19 @@
 
 use std::collections::HashMap;
 use std::io::{self, Seek, Write};
+use std::path::Path;
 use std::sync::Arc;
+
+use glam::DVec2;
 
 use super::manifest::{LightHead, RowsHead};
 use super::members::{Members, Packing};
 use super::rows;
-use glam::DVec2;
-
-use crate::export::archive::{Archive, float, integer};
+use crate::export::archive::{Archive, finite, float, integer, word};
+use crate::export::npz::read::ReadError;
 use crate::form_factors::FormFactors;
 use crate::patches::{Cell, PatchId, Patches, SplitCells, SurfacePoint};
-use crate::progress::Progress;
+use crate::progress::{Cancelled, Progress, is_cancelled};
 use crate::scene::{Rgb, Scene};
 use crate::solution::{Balance, MeshOptions};
 use crate::store::Store;
@@ -22,7 +24,7 @@ const TO_EMITTERS: &str = "light/to_emitters";
 
 /// Writes what mixing needs.
 pub fn write<W: Write + Seek>(
-    to: &mut Members<W>,
+    to: &mut Members<'_, W>,
     store: &Store,
 ) -> io::Result<(LightHead, RowsHead)> {
     let (s, p) = (store.balances.len(), store.patches.len());
@@ -92,18 +94,17 @@ pub fn read(
     let level = |kind, b: &[u8]| integer(kind, b).and_then(|l| u8::try_from(l).ok());
     let levels = from.numbers("light/levels", adaptive, level)?;
     let usable = from.numbers("light/usable", p, |kind, b| Some(integer(kind, b)? != 0))?;
-    let whole = |kind, b: &[u8]| integer(kind, b).and_then(|i| u32::try_from(i).ok());
-    let moved = from.numbers("light/moved", head.moved, whole)?;
+    let moved = from.numbers("light/moved", head.moved, word)?;
     let within = |kind, b: &[u8]| float(kind, b).filter(|x| (0.0..=1.0).contains(x));
-    let origins = from.numbers("light/origins", 2 * head.moved, within)?;
+    let origins = from.numbers("light/origins", head.moved.saturating_mul(2), within)?;
     let mut of_all = |name: &str| -> Result<Vec<Vec<Rgb>>, String> {
-        let real = |kind, b: &[u8]| float(kind, b).filter(|x| x.is_finite());
-        let all = from.numbers(&format!("light/{name}"), 3 * p * s as u64, real)?;
+        let all = from.numbers(&format!("light/{name}"), 3 * p * s as u64, finite)?;
         let threes = all.as_chunks::<3>().0;
-        let per = (p as usize).max(1);
-        Ok((0..s)
-            .map(|k| threes[k * per..][..p as usize].iter().map(|v| Rgb::from_array(*v)).collect())
-            .collect())
+        let of_source = |k: usize| {
+            let own = &threes[k * p as usize..][..p as usize];
+            own.iter().map(|v| Rgb::from_array(*v)).collect()
+        };
+        Ok((0..s).map(of_source).collect())
     };
     let irradiance = of_all("irradiance")?;
     let direct = of_all("direct")?;
@@ -132,27 +133,32 @@ pub fn read(
 
 /// The solutions of a scene from what its file holds.
 pub fn store(
+    path: &Path,
     scene: &Scene,
     head: LightHead,
     arrays: Arrays,
     reflectance: &[f64],
     progress: &dyn Progress,
-) -> Result<Store, String> {
+) -> Result<Store, ReadError> {
+    let broken = |problem: &str| ReadError::Broken { path: path.into(), problem: problem.into() };
     let Arrays { levels, moved, origins, usable, balances, to_emitters } = arrays;
     let patch_size = head.patch_size.unwrap_or(f64::INFINITY);
     let mesh = MeshOptions { patch_size, cluster: head.cluster, min_area: head.min_area };
-    let finest = mesh.subdivide(scene, progress).map_err(|e| e.to_string())?;
+    let finest = mesh.subdivide(scene, progress).map_err(|e| match is_cancelled(&e) {
+        true => Cancelled.into(),
+        false => broken(&e.to_string()),
+    })?;
     let mut at = HashMap::new();
     for (&id, uv) in moved.iter().zip(origins.as_chunks::<2>().0) {
         if id as usize >= finest.len() {
-            return Err("light/moved.npy names no patch".into());
+            return Err(broken("light/moved.npy names no patch"));
         }
         let Cell { triangle, side, .. } = finest.cell(PatchId(id));
         at.insert(PatchId(id), SurfacePoint { triangle, side, uv: DVec2::from_array(*uv) });
     }
     let finest = match at.is_empty() {
         true => finest,
-        false => finest.with_origins(at, progress).map_err(|e| e.to_string())?,
+        false => finest.with_origins(at, progress)?,
     };
     let patches: Option<Patches> = match head.min_area {
         Some(_) => SplitCells::of_levels(Arc::new(finest), &levels),
@@ -161,7 +167,7 @@ pub fn store(
     let is_same = |p: &Patches| p.len() as u64 == head.patches && p.fingerprint() == head.mesh;
     let patches = patches
         .filter(is_same)
-        .ok_or("its patches are not those that this version makes of the scene")?;
+        .ok_or_else(|| broken("its patches are not those that this version makes of the scene"))?;
     Ok(Store {
         patches: Arc::new(patches),
         sources: head.sources,

@@ -7,10 +7,13 @@ use zip::write::SimpleFileOptions;
 
 use crate::export::archive_writer::{LARGE, Writer};
 use crate::export::npy::header;
+use crate::progress::Progress;
 
 /// Members, one after another.
-pub struct Members<W: Write + Seek> {
+pub struct Members<'a, W: Write + Seek> {
     pub zip: Writer<W>,
+    /// May stop it.
+    pub progress: &'a dyn Progress,
 }
 
 /// A number as NumPy stores it.
@@ -37,7 +40,7 @@ number!(f32, "<f4");
 number!(f64, "<f8");
 
 /// Whether a member is made smaller, which takes time.
-#[derive(Clone, Copy, PartialEq)]
+#[derive(Clone, Copy)]
 pub enum Packing {
     Packed,
     Plain,
@@ -55,16 +58,10 @@ fn options(bytes: u64, packing: Packing) -> SimpleFileOptions {
     }
 }
 
-impl<W: Write + Seek> Members<W> {
+impl<W: Write + Seek> Members<'_, W> {
     /// A member that is no array.
-    pub fn bytes(&mut self, name: &str, bytes: &[u8]) -> io::Result<()> {
-        self.zip.start(name, options(bytes.len() as u64, Packing::Plain))?;
-        self.zip.write_all(bytes)
-    }
-
-    /// The same, made smaller.
-    pub fn packed(&mut self, name: &str, bytes: &[u8]) -> io::Result<()> {
-        self.zip.start(name, options(bytes.len() as u64, Packing::Packed))?;
+    pub fn bytes(&mut self, name: &str, packing: Packing, bytes: &[u8]) -> io::Result<()> {
+        self.zip.start(name, options(bytes.len() as u64, packing))?;
         self.zip.write_all(bytes)
     }
 
@@ -91,6 +88,7 @@ impl<W: Write + Seek> Members<W> {
             if bytes.len() >= CHUNK {
                 self.zip.write_all(&bytes)?;
                 bytes.clear();
+                self.progress.advance(0).map_err(|_| io::ErrorKind::Interrupted)?;
             }
         }
         self.zip.write_all(&bytes)

@@ -6,7 +6,7 @@ use std::path::Path;
 use zip::ZipArchive;
 
 use super::light::{self, SOURCE_BYTES};
-use super::manifest::{FORMAT, Format, Manifest, VERSION};
+use super::manifest::{FORMAT, Format, Manifest, SceneHead, VERSION};
 use super::{rows, scene};
 use crate::export::archive::{Archive, float};
 use crate::export::npz::read::ReadError;
@@ -14,7 +14,7 @@ use crate::form_factors::FormFactors;
 use crate::progress::Progress;
 use crate::scene::Scene;
 use crate::scene::files::open_regular;
-use crate::store::{Source, Store};
+use crate::store::{Emitter, Member, Source, Store};
 
 /// Bytes that a row and an entry of it take.
 const ROW_BYTES: u64 = 64;
@@ -64,12 +64,12 @@ pub fn read_store(
         let what = format!("solutions of {sources} sources");
         return Err(ReadError::Memory { path: path.into(), what, needed, allowed: memory });
     }
-    let t = 3 * head.triangles;
+    let t = head.triangles.saturating_mul(3);
     let reflectance = archive.numbers("scene/reflectance", t, float).map_err(broken)?;
     archive.checksum();
     let arrays = light::read(&mut archive, &light, &to_emitters, memory).map_err(broken)?;
     compare(&mut archive, &checksums.light).map_err(broken)?;
-    light::store(scene, light, arrays, &reflectance, progress).map_err(broken)
+    light::store(path, scene, light, arrays, &reflectance, progress)
 }
 
 /// The form factors of a file, in at most `memory` bytes.
@@ -119,7 +119,16 @@ fn open(path: &Path) -> Result<(Archive, Manifest), ReadError> {
         return Err(broken(problem));
     }
     let manifest = serde_json::from_slice(&text);
-    let manifest = manifest.map_err(|e| broken(format!("manifest.json: {e}")))?;
+    let manifest: Manifest = manifest.map_err(|e| broken(format!("manifest.json: {e}")))?;
+    let SceneHead { materials, lamps, .. } = &manifest.scene;
+    let is_there = |member: &Member| match member.emitter {
+        Emitter::Material(m) => m < materials.len(),
+        Emitter::Lamp(l) => l < lamps.len(),
+        Emitter::Sky => true,
+    };
+    if !manifest.light.sources.iter().flat_map(|s| &s.members).all(is_there) {
+        return Err(broken("manifest.json names a source that the scene does not have".into()));
+    }
     Ok((archive, manifest))
 }
 

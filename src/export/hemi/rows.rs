@@ -4,13 +4,13 @@ use std::io::{self, Seek, Write};
 
 use super::manifest::{BlockHead, RowsHead, WeightsHead};
 use super::members::{Members, Packing};
-use crate::export::archive::{Archive, float, integer};
+use crate::export::archive::{Archive, finite, float, integer, word};
 use crate::form_factors::{FormFactors, RowAccount, RowBlock, RowSink, RowView, Weights};
 use crate::patches::PatchId;
 
 /// Writes rows into the folder `name`, in the order of patches.
 pub fn write<W: Write + Seek>(
-    to: &mut Members<W>,
+    to: &mut Members<'_, W>,
     name: &str,
     factors: &FormFactors,
 ) -> io::Result<RowsHead> {
@@ -72,23 +72,21 @@ pub fn read(
         return Err(wrong("the manifest does not say how many rows there are"));
     }
     let at = |part: &str| format!("{name}/{part}");
-    let whole = |kind, b: &[u8]| integer(kind, b).and_then(|i| u32::try_from(i).ok());
     let patch =
         |kind, b: &[u8]| integer(kind, b).filter(|&i| i < patches).map(|i| PatchId(i as u32));
     let ids = from.numbers(&at("patches"), head.rows, patch)?;
-    let lengths = from.numbers(&at("lengths"), head.rows, whole)?;
+    let lengths = from.numbers(&at("lengths"), head.rows, word)?;
     let rows_of = |which: &dyn Fn(WeightsHead) -> bool| {
         head.blocks.iter().filter(|b| which(b.weights)).map(|b| b.rows).sum::<u64>()
     };
     let sampled = rows_of(&|w| matches!(w, WeightsHead::Equal(_)));
-    let halves = from.numbers(&at("halves"), sampled, whole)?;
-    let share = |kind, b: &[u8]| float(kind, b).filter(|x| x.is_finite());
-    let account = from.numbers(&at("account"), 3 * head.rows, share)?;
+    let halves = from.numbers(&at("halves"), sampled, word)?;
+    let account = from.numbers(&at("account"), 3 * head.rows, finite)?;
     let all: u64 = lengths.iter().map(|&l| u64::from(l)).sum();
     if all != head.entries {
         return Err(wrong("lengths.npy does not say where rows end"));
     }
-    let columns = from.numbers(&at("columns"), head.entries, patch)?;
+    let mut columns = from.numbers(&at("columns"), head.entries, patch)?;
     let mut first = 0;
     let mut entries = [0_u64; 2];
     for block in &head.blocks {
@@ -102,14 +100,13 @@ pub fn read(
         }
         first += block.rows as usize;
     }
-    let fixed = from.numbers(&at("fixed"), entries[0], whole)?;
+    let mut fixed = from.numbers(&at("fixed"), entries[0], word)?;
     let factor =
         |kind, b: &[u8]| float(kind, b).map(|f| f as f32).filter(|f| (0.0..=2.0).contains(f));
-    let each = from.numbers(&at("each"), entries[1], factor)?;
+    let mut each = from.numbers(&at("each"), entries[1], factor)?;
 
     let mut factors = FormFactors::new(patches as usize, memory);
-    let (mut rows, mut columns) = (0, columns.into_iter());
-    let (mut fixed, mut each) = (fixed.into_iter(), each.into_iter());
+    let mut rows = 0;
     let mut halves = halves.into_iter();
     for head in &head.blocks {
         let range = rows..rows + head.rows as usize;
@@ -128,14 +125,20 @@ pub fn read(
             let [environment, back, lost] = [0, 1, 2].map(|k| account[3 * row + k]);
             block.accounts.push(RowAccount { environment, back, lost });
         }
-        block.columns = columns.by_ref().take(end).collect();
+        block.columns = first_of(&mut columns, end);
         block.weights = match head.weights {
-            WeightsHead::Fixed => Weights::Fixed(fixed.by_ref().take(end).collect()),
-            WeightsHead::Each => Weights::Each(each.by_ref().take(end).collect()),
+            WeightsHead::Fixed => Weights::Fixed(first_of(&mut fixed, end)),
+            WeightsHead::Each => Weights::Each(first_of(&mut each, end)),
             WeightsHead::Equal(rays) => Weights::Equal { entries: end, rays },
         };
         factors.take(block).map_err(|e| wrong(&e.to_string()))?;
         rows = range.end;
     }
     Ok(factors)
+}
+
+/// Takes the first numbers off; the last of them need no copy.
+fn first_of<T>(numbers: &mut Vec<T>, count: usize) -> Vec<T> {
+    let rest = numbers.split_off(count);
+    std::mem::replace(numbers, rest)
 }

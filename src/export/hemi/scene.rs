@@ -10,7 +10,7 @@ use glam::{DVec2, DVec3};
 use super::check::check;
 use super::manifest::{SceneHead, TextureHead};
 use super::members::{Members, Packing};
-use crate::export::archive::{Archive, Kind, float, integer};
+use crate::export::archive::{Archive, finite, float, integer, word};
 use crate::scene::files::read_regular;
 use crate::scene::geometry::MAX_ELEMENTS;
 use crate::scene::{Geometry, Optics, Rgb, Scene, Sides, Texture, TriangleId, TriangleState};
@@ -19,7 +19,7 @@ use crate::scene::{Geometry, Optics, Rgb, Scene, Sides, Texture, TriangleId, Tri
 const MOST_BYTES: u64 = 1 << 33;
 
 /// Writes the arrays of a scene.
-pub fn write<W: Write + Seek>(to: &mut Members<W>, scene: &Scene) -> io::Result<SceneHead> {
+pub fn write<W: Write + Seek>(to: &mut Members<'_, W>, scene: &Scene) -> io::Result<SceneHead> {
     const PACKED: Packing = Packing::Packed;
     let Scene { geometry: g, optics: o, .. } = scene;
     let n = g.len();
@@ -39,11 +39,11 @@ pub fn write<W: Write + Seek>(to: &mut Members<W>, scene: &Scene) -> io::Result<
     let uv = o.uv.iter().flatten().flat_map(|uv| uv.to_array());
     to.array("scene/uv", &[o.uv.len(), 3, 2], PACKED, uv)?;
     for (k, texture) in o.textures.iter().enumerate() {
-        to.bytes(&format!("scene/texture/{k}"), &texture.encoded)?;
+        to.bytes(&format!("scene/texture/{k}"), Packing::Plain, &texture.encoded)?;
     }
     let files = files_of(scene)?;
     for (k, (_, bytes)) in files.iter().enumerate() {
-        to.packed(&format!("scene/file/{k}"), bytes)?;
+        to.bytes(&format!("scene/file/{k}"), PACKED, bytes)?;
     }
     let texture = |t: &Texture| TextureHead {
         name: t.name.clone(),
@@ -95,11 +95,9 @@ pub fn read(from: &mut Archive, head: SceneHead, path: &Path) -> Result<Scene, S
     if v.max(t) > MAX_ELEMENTS as u64 || head.cut_faces > t {
         return Err("holds more triangles or vertices than can be dealt with".into());
     }
-    let whole = |kind, b: &[u8]| integer(kind, b).and_then(|i| u32::try_from(i).ok());
-    let real = |kind, b: &[u8]| float(kind, b).filter(|x| x.is_finite());
     let if_any = |any: bool| if any { t } else { 0 };
-    let vertices = threes(from.numbers("scene/vertices", 3 * v, real)?);
-    let triangles = from.numbers("scene/triangles", 3 * t, whole)?;
+    let vertices = threes(from.numbers("scene/vertices", 3 * v, finite)?);
+    let triangles = from.numbers("scene/triangles", 3 * t, word)?;
     let sides = from.numbers("scene/sides", t, |kind, b| match integer(kind, b)? {
         s if s == Sides::One as u64 => Some(Sides::One),
         s if s == Sides::Two as u64 => Some(Sides::Two),
@@ -110,17 +108,16 @@ pub fn read(from: &mut Archive, head: SceneHead, path: &Path) -> Result<Scene, S
         // The others follow from where triangles are.
         Some(if clear { TriangleState::Transparent } else { TriangleState::Solid })
     })?;
-    let surface_of = from.numbers("scene/surface", t, whole)?;
-    let face_of = from.numbers("scene/face", if_any(head.faces), whole)?;
-    let cut = from.numbers("scene/cut_faces", 4 * head.cut_faces, whole)?;
+    let surface_of = from.numbers("scene/surface", t, word)?;
+    let face_of = from.numbers("scene/face", if_any(head.faces), word)?;
+    let cut = from.numbers("scene/cut_faces", 4 * head.cut_faces, word)?;
     let cut_faces: BTreeMap<u32, [u32; 3]> =
         cut.as_chunks::<4>().0.iter().map(|&[face, a, b, c]| (face, [a, b, c])).collect();
-    let material_of = from.numbers("scene/material", t, whole)?;
-    let reflectance = threes(from.numbers("scene/reflectance", 3 * t, real)?);
-    let emission = threes(from.numbers("scene/emission", 3 * t, real)?);
-    let tint = threes(from.numbers("scene/tint", 3 * if_any(head.tint), real)?);
-    let uv =
-        from.numbers("scene/uv", 6 * if_any(head.uv), |kind: Kind, b: &[u8]| float(kind, b))?;
+    let material_of = from.numbers("scene/material", t, word)?;
+    let reflectance = threes(from.numbers("scene/reflectance", 3 * t, finite)?);
+    let emission = threes(from.numbers("scene/emission", 3 * t, finite)?);
+    let tint = threes(from.numbers("scene/tint", 3 * if_any(head.tint), finite)?);
+    let uv = from.numbers("scene/uv", 6 * if_any(head.uv), float)?;
     let uv = uv.as_chunks::<6>().0.iter();
     let uv = uv.map(|&[a, b, c, d, e, f]| [[a, b], [c, d], [e, f]].map(DVec2::from)).collect();
     let mut textures = Vec::new();
@@ -155,6 +152,10 @@ pub fn read(from: &mut Archive, head: SceneHead, path: &Path) -> Result<Scene, S
         max_reflectance: head.max_reflectance,
     };
     check(&geometry, &optics, &head.lamps, &head.cameras)?;
+    let is_beyond = |first: u32| u64::from(first) > t;
+    if head.object_of.len() != geometry.surfaces.len() || head.whole_from.is_some_and(is_beyond) {
+        return Err("manifest.json does not fit its surfaces and triangles".into());
+    }
     geometry.flag_flaws();
     Ok(Scene {
         name: head.name,

@@ -9,6 +9,7 @@ use zip::ZipArchive;
 use super::ORIGIN;
 use crate::export::archive::{Archive, Kind, float, integer, text};
 use crate::matrix::{Origin, Stored};
+use crate::progress::Cancelled;
 use crate::scene::files::open_regular;
 use crate::units::Bytes;
 
@@ -31,6 +32,9 @@ pub enum ReadError {
         /// What is wrong.
         problem: String,
     },
+    /// The caller cancelled.
+    #[error("cancelled")]
+    Cancelled(#[from] Cancelled),
     /// It would not fit in memory.
     #[error(
         "{}: its {what} take about {}, {} are allowed",
