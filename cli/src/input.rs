@@ -73,6 +73,15 @@ pub fn read(args: &Input) -> Result<Scene, Failure> {
         }
         scene.sky = sky;
     }
+    for lamp in &args.lamp {
+        hang(&mut scene, lamp)?;
+    }
+    if let Some(sun) = args.sun {
+        scene.lamps.push(sunlight(&scene, sun));
+    }
+    for (lamp, file) in &args.ies {
+        set_photometry(&mut scene, lamp, file)?;
+    }
     let sources = if solved && !args.emission.is_empty() {
         solutions::sources(&args.model.scene)?
     } else {
@@ -83,15 +92,6 @@ pub fn read(args: &Input) -> Result<Scene, Failure> {
             Some(source) => solutions::set_emission(&mut scene, source, *emission)?,
             None => set_emission(&mut scene, name, *emission)?,
         }
-    }
-    for lamp in &args.lamp {
-        hang(&mut scene, lamp)?;
-    }
-    if let Some(sun) = args.sun {
-        scene.lamps.push(sunlight(&scene, sun));
-    }
-    for (lamp, file) in &args.ies {
-        set_photometry(&mut scene, lamp, file)?;
     }
     Ok(scene)
 }

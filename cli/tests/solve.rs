@@ -72,6 +72,16 @@ fn another_reflectance_is_solved_by_the_factors_in_the_file() {
 }
 
 #[test]
+fn a_lamp_that_is_hung_can_be_dimmed() {
+    let bench = Bench::new();
+    let lamp = ["--lamp", "bulb=2,2,2,1000", "--emission", "light=0%"];
+    let whole = floor(&bench, "cornell-box", &[&lamp[..], &LIGHT].concat());
+    let half = ["--emission", "bulb=50%"];
+    let dim = floor(&bench, "cornell-box", &[&lamp[..], &LIGHT, &half].concat());
+    assert!((dim / whole - 0.5).abs() < 1e-3, "{dim} of {whole}");
+}
+
+#[test]
 fn a_baked_solution_keeps_the_names_of_its_model() {
     let bench = Bench::new().with("lit.glb", glb_with_lamp());
     bench.run(&["solve", "lit.glb", "-o", "lit.hemi", "--patch-size", "1"]).ok();
