@@ -24,6 +24,9 @@ const ERROR: f64 = 0.1;
 /// Errors above this are as large as irradiance itself, and a number means nothing.
 const UNKNOWN: f64 = 1.0;
 
+/// What lights a solution.
+const BRIGHTEN: &str = "let its sources emit more with --emission; hemicube info lists them";
+
 /// How a picture was taken.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Taken {
@@ -35,6 +38,8 @@ pub struct Taken {
     pub stage_off: bool,
     /// Whether `--flip` turns all faces round.
     pub flipped: bool,
+    /// Whether the scene is a solution, whose faces and lamps stay where they are.
+    pub solved: bool,
 }
 
 /// Warnings about what a picture shows; `lamp` is the flag that lights what is in view.
@@ -53,22 +58,30 @@ pub fn of_picture(shares: &Shares, taken: &Taken, lamp: &dyn Fn() -> String) -> 
         doubts.push(format!(
             "{:.0} % of what is in view are backs, which reflect nothing; {}",
             100.0 * back / (surface + back),
-            match taken.flipped {
-                true => "use --sides two, or leave --flip out",
-                false => "use --sides two, or --flip if all faces are turned round",
+            match (taken.solved, taken.flipped) {
+                (true, _) => "solve the model again with --sides two",
+                (_, true) => "use --sides two, or leave --flip out",
+                (_, false) => "use --sides two, or --flip if all faces are turned round",
             }
         ));
     } else if lit < DARK * surface {
-        doubts.push(format!(
-            "the picture is black: no light reaches what is in view; leave {off}--sky and \
-             --emission out, and a light is chosen, or hang a lamp, for example by {}",
-            lamp()
-        ));
+        let remedy = match taken.solved {
+            true => BRIGHTEN.to_owned(),
+            false => format!(
+                "leave {off}--sky and --emission out, and a light is chosen, or hang a lamp, for \
+                 example by {}",
+                lamp()
+            ),
+        };
+        doubts.push(format!("the picture is black: no light reaches what is in view; {remedy}"));
     }
     let usual = -if taken.sunlit { STOPS_IN_SUN } else { STOPS }..=STOPS;
     if let Some(stops) = taken.stops.filter(|stops| !usual.contains(stops)) {
         let text = format!("what is in view is exposed by {stops:+.0} stops: the light is very");
         doubts.push(match stops > 0.0 {
+            true if taken.solved => {
+                format!("{text} faint; little of it gets here, and noise shows: {BRIGHTEN}")
+            }
             true => format!(
                 "{text} faint; little of it gets here, and noise shows: {}hang a lamp, for \
                  example by {}, or choose the brightness with --exposure",
