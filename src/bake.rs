@@ -12,11 +12,17 @@ mod charts;
 mod cut;
 mod facet;
 mod fill;
+mod layers;
 mod layout;
+mod options;
 mod pack;
+mod sides;
+mod texels;
 mod vertices;
 
 pub use atlas::{BakeError, MOST_TEXELS};
-pub use baked::{Bake, usual_texel};
+pub use baked::Bake;
 pub use facet::Facet;
+pub use layers::Layers;
 pub use layout::{Layout, NodeLayout};
+pub use options::BakeOptions;

@@ -1,24 +1,26 @@
 //! `hemicube bake`: the model with its light.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use hemicube::View;
-use hemicube::bake::{Bake, BakeError, usual_texel};
+use hemicube::bake::{Bake, BakeError, BakeOptions};
 use hemicube::export::{BakeMode, ExportError, write_exr, write_glb, write_whole};
 use hemicube::gather::{GatherOptions, Gatherer};
 use hemicube::render::{Renderer, Sight};
 use hemicube::report::Stage;
+use hemicube::scene::Camera;
 use hemicube::tone::KEY;
 use hemicube::units::significant;
 use hemicube::visibility::Bvh;
 
-use crate::args::{Bake as Args, Exposure, ModeArg};
+use crate::args::{Bake as Args, Exposure, Look, ModeArg};
 use crate::doubts::of_balance;
 use crate::failure::Failure;
 use crate::input;
 use crate::outputs;
-use crate::render::{inputs, lit, say_details, set_threads, tone_of, write_report};
+use crate::page;
+use crate::render::{inputs, lit, memory, say_details, set_threads, tone_of, write_report};
 use crate::staging::{Setup, prepare};
 use crate::terminal::{Bar, catch_interrupts, print, say};
 
@@ -32,9 +34,13 @@ struct Outputs {
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
     catch_interrupts();
+    if let Some(output) = args.output.as_ref().filter(|o| has_extension(o, "html")) {
+        return page::run(args, output);
+    }
     let (look, run) = (&args.look, &args.look.light.run);
     set_threads(run.threads)?;
-    if args.direct && args.mode != ModeArg::Lightmap {
+    let mode = args.mode.unwrap_or(ModeArg::Unlit);
+    if args.direct && mode != ModeArg::Lightmap {
         return Err(Failure::input("--direct is of --mode lightmap; the others hold all light"));
     }
     let mut scene = input::read(&look.input)?;
@@ -48,20 +54,15 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     outputs::check(&files, inputs(&scene, &look.input, &look.light))?;
     input::say_findings(&scene, run.quiet);
     let Setup { cameras, exposure } = prepare(&mut scene, look, None)?;
-    let camera = cameras[0].clone();
     let bar = Bar::new(run.quiet);
     let mut solution = lit(&scene, &look.input, &look.light, &bar)?;
 
     let start = Instant::now();
     let field = solution.field_heard(&scene, &bar)?;
     let bvh = Bvh::new(&scene.geometry);
-    let options = GatherOptions {
-        error: look.light.error_of_light(),
-        ..GatherOptions::of_pictures(look.light.seed.unwrap_or_default())
-    };
-    let gatherer = Gatherer::new(&scene, &solution, &field, &bvh, options);
+    let gatherer = Gatherer::new(&scene, &solution, &field, &bvh, gathering(look));
     let mut renderer = Renderer::gathering(&scene, &field, &gatherer);
-    let mode = match args.mode {
+    let mode = match mode {
         ModeArg::Unlit => BakeMode::Unlit,
         ModeArg::Vertex => BakeMode::Vertex,
         ModeArg::Lightmap => BakeMode::Lightmap { keeps_lamps: !args.direct },
@@ -69,23 +70,15 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if mode == (BakeMode::Lightmap { keeps_lamps: true }) {
         renderer = renderer.without_lamps();
     }
-    let usual = View::through(camera.clone()).picture;
-    let aspect = usual.width as f64 / usual.height as f64;
-    let stops = match (look.exposure, exposure) {
-        (Exposure::Stops(stops), _) | (Exposure::Auto, Some(stops)) => stops,
-        (Exposure::Auto, None) => {
-            renderer.auto_exposure(&camera, aspect, KEY).map_err(Failure::input)?.log2()
-        }
-    };
+    let stops = stops_of(&renderer, &cameras[0], look, exposure)?;
     let tone = tone_of(look.tone);
     let factor = stops.exp2();
     let shown = |s: &Sight| match mode {
         BakeMode::Unlit => tone.map(s.radiance * factor),
         _ => [0.0; 3],
     };
-    let texel = args.texel.unwrap_or_else(|| usual_texel(&scene, &solution));
-    let bake = Bake::new(&scene, &solution, &renderer, texel, shown, &bar)
-        .map_err(|e| Failure::of(e, |e| Failure::Input(format!("{e}{}", remedy(&e)))))?;
+    let options = BakeOptions { texel: args.texel, memory: memory(&look.light) };
+    let bake = Bake::new(&scene, &solution, &renderer, &options, shown, &bar).map_err(failure)?;
     bar.finish();
     let failed = |e: ExportError| Failure::of(e, Failure::failed);
     if let Some(path) = &outputs.map {
@@ -108,9 +101,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         } else {
             say(&format!(
                 "atlas: {width} x {height} texels of {} m in {} charts (--texel {})",
-                significant(texel),
+                significant(bake.texel()),
                 bake.charts(),
-                significant(texel)
+                significant(bake.texel())
             ));
         }
         if mode == BakeMode::Unlit && look.exposure == Exposure::Auto {
@@ -131,21 +124,58 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     Ok(())
 }
 
+/// How light is gathered for an atlas.
+pub fn gathering(look: &Look) -> GatherOptions {
+    GatherOptions {
+        error: look.light.error_of_light(),
+        ..GatherOptions::of_pictures(look.light.seed.unwrap_or_default())
+    }
+}
+
+/// The exposure asked for, that which the light was made for, or else that which suits what a
+/// camera sees; in stops.
+pub fn stops_of(
+    renderer: &Renderer<'_>,
+    camera: &Camera,
+    look: &Look,
+    made_for: Option<f64>,
+) -> Result<f64, Failure> {
+    let usual = View::through(camera.clone()).picture;
+    let aspect = usual.width as f64 / usual.height as f64;
+    match (look.exposure, made_for) {
+        (Exposure::Stops(stops), _) | (Exposure::Auto, Some(stops)) => Ok(stops),
+        (Exposure::Auto, None) => {
+            Ok(renderer.auto_exposure(camera, aspect, KEY).map_err(Failure::input)?.log2())
+        }
+    }
+}
+
+/// Why nothing was baked, and what to do about it.
+pub fn failure(error: BakeError) -> Failure {
+    Failure::of(error, |e| Failure::Input(format!("{e}{}", remedy(&e))))
+}
+
 fn remedy(error: &BakeError) -> &'static str {
     match error {
         BakeError::Atlas(_) => "; give a larger --texel",
+        BakeError::Memory { .. } => "; give a larger --texel, or allow more with --memory",
         BakeError::Nothing => "; does the model face inwards? Try --flip",
-        BakeError::Cancelled(_) => "",
+        BakeError::Mix(_) | BakeError::Cancelled(_) => "",
     }
 }
 
 fn outputs_of(scene: &str, args: &Args) -> Result<Outputs, Failure> {
     let model = args.output.clone().unwrap_or_else(|| PathBuf::from(format!("{scene}-baked.glb")));
-    if model.extension().is_none_or(|e| !e.eq_ignore_ascii_case("glb")) {
-        let text = format!("{}: baked models are written as .glb", model.display());
+    if !has_extension(&model, "glb") {
+        let text = format!("{}: baked models are written as .glb or .html", model.display());
         return Err(Failure::Input(text));
     }
-    let beside =
-        |extension: &str| (args.mode == ModeArg::Lightmap).then(|| model.with_extension(extension));
+    let beside = |extension: &str| {
+        (args.mode == Some(ModeArg::Lightmap)).then(|| model.with_extension(extension))
+    };
     Ok(Outputs { map: beside("exr"), layout: beside("json"), model })
+}
+
+fn has_extension(path: &Path, extension: &str) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case(extension))
 }

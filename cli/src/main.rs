@@ -10,6 +10,7 @@ mod info;
 mod input;
 mod machine;
 mod outputs;
+mod page;
 mod paper;
 mod pictures;
 mod plan;

@@ -98,6 +98,7 @@ pub fn run(args: &Render) -> Result<(), Failure> {
             sunlit: scene.lamps.iter().any(|l| matches!(l, Lamp::Directional { .. })),
             stage_off: args.look.stage == StageArg::Off,
             flipped: args.look.input.model.flip,
+            solved,
         };
         let lamp = || lamp_before(&scene, view.camera.eye);
         let doubts = doubts::of_picture(&shares, &taken, &lamp).into_iter();

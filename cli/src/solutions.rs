@@ -2,13 +2,16 @@
 
 use std::path::Path;
 
+use glam::DVec3;
 use hemicube::export::{ReadError, read_factors, read_scene, read_sources, read_store};
+use hemicube::form_factors::FormFactors;
 use hemicube::scene::Scene;
 use hemicube::solution::Solution;
-use hemicube::store::{MixError, Source};
+use hemicube::store::{self, Group, MixError, Source, Store};
 
 use crate::args::{Emission, Input, Light, Model, SidesArg, Unit};
 use crate::failure::Failure;
+use crate::input::ensure_lit;
 use crate::remedy;
 use crate::render::{light_failure, memory, of_factors, options_of, say_patches};
 use crate::terminal::{Bar, print, say};
@@ -110,7 +113,43 @@ pub fn relit(scene: &Scene, path: &Path, args: &Light, bar: &Bar) -> Result<Solu
     Ok(solution)
 }
 
-fn mix_failure(path: &Path, error: &MixError) -> Failure {
+/// Solutions of a scene and the form factors that they are made by: solved, or read from a file.
+pub fn store(
+    scene: &Scene,
+    input: &Input,
+    light: &Light,
+    groups: &[Group],
+    bar: &Bar,
+) -> Result<(Store, FormFactors), Failure> {
+    let options = options_of(light)?;
+    let path = &input.model.scene;
+    if !is_solution(path) {
+        let found = store::sources(scene, groups)
+            .map_err(|e| Failure::Input(format!("--group: {e}{}", remedy::of_group(&e, scene))))?;
+        if found.is_empty() {
+            ensure_lit(scene, &|_| DVec3::ZERO)?;
+        }
+        return scene.solve(found, &options, bar).map_err(|e| light_failure(e, light));
+    }
+    let grouped = (!groups.is_empty()).then_some("--group");
+    let error = light.error.map(|_| "--error");
+    if let Some(flag) = of_factors(light).or(grouped).or(error) {
+        return Err(Failure::Input(format!(
+            "{flag} is not used with a solution; give it with the model"
+        )));
+    }
+    let memory = memory(light);
+    let store = read_store(path, scene, memory, bar).map_err(failure)?;
+    let factors = read_factors(path, memory).map_err(failure)?;
+    let store = match store.reflects_as(scene) {
+        true => Ok(store),
+        false => store.solve_again(scene, &factors, &options, bar),
+    };
+    Ok((store.map_err(|e| light_failure(e, light))?, factors))
+}
+
+/// Why solutions are not the light of a scene, and what to do about it.
+pub fn mix_failure(path: &Path, error: &MixError) -> Failure {
     Failure::Input(format!("{}: {error}{}", path.display(), remedy::of_mix(error)))
 }
 

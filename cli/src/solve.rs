@@ -3,20 +3,15 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use hemicube::export::{ExportError, read_factors, read_store, write_hemi};
+use hemicube::export::{ExportError, write_hemi};
 use hemicube::report::Stage;
-use hemicube::store::sources;
 use hemicube::units::Bytes;
 
 use crate::args::Solve;
 use crate::failure::Failure;
 use crate::input;
 use crate::outputs;
-use crate::remedy;
-use crate::render::{
-    inputs, light_failure, memory, of_factors, options_of, say_details, say_patches, set_threads,
-    write_report,
-};
+use crate::render::{inputs, say_details, say_patches, set_threads, write_report};
 use crate::solutions::{self, is_solution};
 use crate::terminal::{Bar, catch_interrupts, print, say};
 
@@ -41,32 +36,7 @@ pub fn run(args: &Solve) -> Result<(), Failure> {
     outputs::check(&files, inputs(&scene, &args.input, light))?;
     input::say_findings(&scene, quiet);
     let bar = Bar::new(quiet);
-    let options = options_of(light)?;
-    let path = &args.input.model.scene;
-    let (store, factors) = if is_solution(path) {
-        let grouped = (!args.group.is_empty()).then_some("--group");
-        let error = light.error.map(|_| "--error");
-        if let Some(flag) = of_factors(light).or(grouped).or(error) {
-            return Err(Failure::Input(format!(
-                "{flag} is not used with a solution; give it with the model"
-            )));
-        }
-        let memory = memory(light);
-        let store = read_store(path, &scene, memory, &bar).map_err(solutions::failure)?;
-        let factors = read_factors(path, memory).map_err(solutions::failure)?;
-        let store = match store.reflects_as(&scene) {
-            true => Ok(store),
-            false => store.solve_again(&scene, &factors, &options, &bar),
-        };
-        (store.map_err(|e| light_failure(e, light))?, factors)
-    } else {
-        let found = sources(&scene, &args.group)
-            .map_err(|e| Failure::Input(format!("--group: {e}{}", remedy::of_group(&e, &scene))))?;
-        if found.is_empty() {
-            input::ensure_lit(&scene, &|_| glam::DVec3::ZERO)?;
-        }
-        scene.solve(found, &options, &bar).map_err(|e| light_failure(e, light))?
-    };
+    let (store, factors) = solutions::store(&scene, &args.input, light, &args.group, &bar)?;
     let start = Instant::now();
     write_hemi(&output, &scene, &store, &factors, &bar)
         .map_err(|e: ExportError| Failure::of(e, Failure::failed))?;

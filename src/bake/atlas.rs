@@ -6,12 +6,18 @@ use glam::{DVec2, DVec3};
 use thiserror::Error;
 
 use super::charts::{Chart, Piece, charts, pieces};
+use super::facet::Facet;
+use super::options::BakeOptions;
 use super::pack::{GUTTER, pack};
+use super::sides::Sides;
+use crate::gather::Probe;
 use crate::patches::SurfacePoint;
 use crate::progress::{Cancelled, Progress};
-use crate::render::raster::{BAND, Gathered, Raster};
+use crate::render::raster::{BAND, Gathered, HELD, Raster};
 use crate::render::spots::{Sample, Seen};
 use crate::scene::{Scene, Side, TriangleId};
+use crate::store::MixError;
+use crate::units::Bytes;
 use crate::visibility::ItemBuffer;
 
 /// Most texels of an atlas across or down: what every reader takes.
@@ -25,6 +31,22 @@ pub enum BakeError {
         "an atlas of {} x {} texels cannot be made; {MOST_TEXELS} x {MOST_TEXELS} can", .0[0], .0[1]
     )]
     Atlas([usize; 2]),
+    /// The atlas does not fit in memory.
+    #[error(
+        "an atlas of {} x {} texels takes {} of memory, and {} are allowed",
+        .size[0], .size[1], Bytes(*.needed), Bytes(*.allowed)
+    )]
+    Memory {
+        /// Texels across and down.
+        size: [usize; 2],
+        /// Predicted need in bytes.
+        needed: u64,
+        /// What is allowed in bytes.
+        allowed: u64,
+    },
+    /// Solutions do not add up to the light of the scene.
+    #[error("{0}")]
+    Mix(#[from] MixError),
     /// No surface exchanges light.
     #[error("there is nothing to bake: no surface exchanges light")]
     Nothing,
@@ -58,9 +80,50 @@ pub(crate) struct Atlas {
     chart_of: Vec<u32>,
 }
 
+/// Bytes that an atlas of so many texels takes while it is lit and written; measured.
+fn needed([w, h]: [usize; 2], layers: usize) -> u64 {
+    /// Of a texel: its light, its chart, and what files are made of.
+    const TEXEL: u64 = 95;
+    /// Of a texel of each further layer.
+    const LAYER: u64 = 12;
+    /// Of a texel that is being lit.
+    const LIT: u64 = 500;
+    let layers = layers.saturating_sub(1) as u64 * LAYER;
+    (w * h) as u64 * (TEXEL + layers) + (w * h).min(HELD) as u64 * LIT
+}
+
 impl Atlas {
+    /// Lays out sides; `layers` is how many lights it is for.
+    pub fn of(
+        sides: &Sides,
+        gathered: &Gathered<'_>,
+        options: &BakeOptions,
+        layers: usize,
+        progress: &dyn Progress,
+    ) -> Result<Self, BakeError> {
+        let g = gathered.geometry();
+        let texel = options.texel.unwrap_or_else(|| sides.usual_texel(g));
+        let is_wound = sides.are_fronts(g);
+        let is_covered = |piece: &Piece| {
+            let point = piece.point(DVec3::splat(1.0 / 3.0)).position(g);
+            let probe = Probe { point, normal: g.normal(piece.triangle, piece.side) };
+            is_wound && gathered.gatherer.is_enclosed(probe, u64::from(piece.triangle.0))
+        };
+        let counts = |t, side| sides.has(t, side);
+        let atlas = Self::new(gathered.scene, texel, counts, is_covered, progress)?;
+        if atlas.pieces.is_empty() {
+            return Err(BakeError::Nothing);
+        }
+        let needed = needed(atlas.size, layers);
+        if needed > options.memory {
+            let allowed = options.memory;
+            return Err(BakeError::Memory { size: atlas.size, needed, allowed });
+        }
+        Ok(atlas)
+    }
+
     /// Lays out all sides that count, by texels of that width (m).
-    pub fn new(
+    fn new(
         scene: &Scene,
         texel: f64,
         counts: impl Fn(TriangleId, Side) -> bool,
@@ -119,6 +182,24 @@ impl Atlas {
             }
         }
         Ok(Self { size, texel, pieces, charts, in_band, tiles, chart_of })
+    }
+
+    /// All pieces as triangles, with places in the atlas.
+    pub fn facets(&self) -> Vec<Facet> {
+        self.pieces.iter().map(|p| self.facet(p, [[0.0; 3]; 3])).collect()
+    }
+
+    /// A piece as a triangle with radiances at its corners.
+    pub fn facet(&self, p: &Piece, radiance: [[f32; 3]; 3]) -> Facet {
+        let [w, h] = self.size.map(|n| n as f64);
+        Facet {
+            triangle: p.triangle,
+            side: p.side,
+            corners: p.corners,
+            atlas: p.texels.map(|t| t / DVec2::new(w, h)),
+            chart: p.chart,
+            radiance,
+        }
     }
 
     /// Corner and size of a chart's rectangle with the gutter around it.

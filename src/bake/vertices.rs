@@ -45,7 +45,7 @@ impl Bake<'_> {
             pieces = pieces.iter().flat_map(|p| self.split(p, &split)).collect();
         }
         let radiance = |p: &Piece| [0, 1, 2].map(|k| self.radiance(p, k));
-        pieces.iter().map(|p| self.facet(p, radiance(p))).collect()
+        pieces.iter().map(|p| self.atlas.facet(p, radiance(p))).collect()
     }
 
     /// Radiance at a corner of a piece.

@@ -19,7 +19,6 @@
 mod check;
 mod light;
 mod manifest;
-mod members;
 mod read;
 mod rows;
 mod scene;
@@ -31,13 +30,13 @@ use std::path::Path;
 
 use super::ExportError;
 use super::archive_writer::Writer;
+use super::members::{Members, Packing};
 use super::target::write_with;
 use crate::form_factors::FormFactors;
 use crate::progress::Progress;
 use crate::scene::Scene;
 use crate::store::Store;
 use manifest::{Checksums, FORMAT, Manifest, VERSION};
-use members::{Members, Packing};
 
 /// Writes the solutions of a scene and the form factors that they were made by. Advances `progress`
 /// by one for each part.

@@ -1,4 +1,4 @@
-//! The members of a file that is being written.
+//! The members of an archive of arrays that is being written.
 
 use std::io::{self, Seek, Write};
 
@@ -35,6 +35,7 @@ macro_rules! number {
 }
 
 number!(u8, "|u1");
+number!(u16, "<u2");
 number!(u32, "<u4");
 number!(f32, "<f4");
 number!(f64, "<f8");
@@ -42,20 +43,20 @@ number!(f64, "<f8");
 /// Whether a member is made smaller, which takes time.
 #[derive(Clone, Copy)]
 pub enum Packing {
+    Smallest,
     Packed,
     Plain,
 }
 
 fn options(bytes: u64, packing: Packing) -> SimpleFileOptions {
-    /// Harder would take longer, and bring little.
-    const LEVEL: i64 = 1;
     let plain = SimpleFileOptions::default().large_file(bytes > LARGE);
-    match packing {
-        Packing::Plain => plain.compression_method(CompressionMethod::Stored),
-        Packing::Packed => {
-            plain.compression_method(CompressionMethod::Deflated).compression_level(Some(LEVEL))
-        }
-    }
+    let level = match packing {
+        Packing::Plain => return plain.compression_method(CompressionMethod::Stored),
+        // Harder would take longer, and bring little with noisy numbers.
+        Packing::Packed => 1,
+        Packing::Smallest => 9,
+    };
+    plain.compression_method(CompressionMethod::Deflated).compression_level(Some(level))
 }
 
 impl<W: Write + Seek> Members<'_, W> {

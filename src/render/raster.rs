@@ -19,7 +19,7 @@ use crate::visibility::ItemBuffer;
 pub(crate) const BAND: usize = 8;
 
 /// Most cells whose spots are held at a time.
-const HELD: usize = 1 << 20;
+pub(crate) const HELD: usize = 1 << 20;
 
 /// Cells of a raster.
 pub(crate) trait Raster: Sync {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::error::MixError;
-use super::source::{Source, unsolved};
+use super::source::{Source, shine, unsolved};
 use crate::engines::EngineReport;
 use crate::form_factors::FormFactors;
 use crate::patches::Patches;
@@ -41,6 +41,15 @@ impl Store {
     #[must_use]
     pub fn reflects_as(&self, scene: &Scene) -> bool {
         self.reflectance == scene.optics.reflectance
+    }
+
+    /// The scene with some of the sources alone, as they were solved.
+    #[must_use]
+    pub fn shining(&self, scene: &Scene, sources: &[usize]) -> Scene {
+        let mut into = scene.clone();
+        let sources: Vec<&Source> = sources.iter().map(|&k| &self.sources[k]).collect();
+        shine(scene, &sources, &mut into);
+        into
     }
 
     /// The light of the scene that was solved, its sources emitting what they now do.

@@ -243,10 +243,20 @@ pub(super) fn shine(scene: &Scene, sources: &[&Source], into: &mut Scene) {
     for (t, e) in emission.iter_mut().enumerate() {
         let material = &materials[material_of[t] as usize];
         // A texture's mean is part of what each triangle emits; such materials are solved as they
-        // are.
+        // were, and may have been dimmed since.
         let textured = material.radiance_texture.is_some() && material.radiance != Rgb::ZERO;
-        *e = if textured { scene.optics.emission[t] } else { material.radiance * PI };
+        let now = scene.optics.materials[material_of[t] as usize].radiance;
+        *e = match textured {
+            true => scene.optics.emission[t] * ratio(material.radiance, now),
+            false => material.radiance * PI,
+        };
     }
+}
+
+/// By what `b` is to be multiplied to be `a`, channel by channel; 0 where that is dark.
+fn ratio(a: Rgb, b: Rgb) -> Rgb {
+    let of = |a: f64, b: f64| if b > 0.0 { a / b } else { 0.0 };
+    Rgb::new(of(a.x, b.x), of(a.y, b.y), of(a.z, b.z))
 }
 
 /// Whether something emits in a scene that is not in any of the sources; its name.

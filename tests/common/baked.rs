@@ -3,7 +3,7 @@
 use std::error::Error;
 
 use glam::{DVec2, DVec3};
-use hemicube::bake::{Bake, Facet, usual_texel};
+use hemicube::bake::{Bake, BakeOptions, Facet};
 use hemicube::gather::{GatherOptions, Gatherer};
 use hemicube::patches::SurfacePoint;
 use hemicube::render::{Renderer, Sight};
@@ -29,8 +29,8 @@ pub fn baked<T>(
     let renderer = Renderer::gathering(scene, &field, &gatherer);
     let renderer = if lamps { renderer } else { renderer.without_lamps() };
     let shown = |s: &Sight| (s.radiance * EXPOSURE).clamp(Rgb::ZERO, Rgb::ONE).as_vec3().to_array();
-    let texel = texel.unwrap_or_else(|| usual_texel(scene, &solution));
-    with(&Bake::new(scene, &solution, &renderer, texel, shown, &Silent)?)
+    let options = BakeOptions { texel, ..BakeOptions::default() };
+    with(&Bake::new(scene, &solution, &renderer, &options, shown, &Silent)?)
 }
 
 /// The mean of three coordinates by barycentric weights.

@@ -12,21 +12,25 @@ pub const EXAMPLES: &str = "Examples:
   hemicube bake house.glb -o house-lit.glb
   hemicube bake room --mode vertex -o room.glb
   hemicube bake house.glb --mode lightmap --texel 0.05 -o house-lit.glb
+  hemicube bake house.glb -o house.html
 
 unlit: what is seen, in one texture (KHR_materials_unlit). vertex: radiance as COLOR_0 times the
 scale in extras. lightmap: irradiance as MOZ_lightmap beside all materials; the same as floats in
-FILE.exr (E / pi), and where each node lies in it in FILE.json.";
+FILE.exr (E / pi), and where each node lies in it in FILE.json.
+
+A page shows the model in any browser, without a network: each lamp has a slider and a colour.";
 
 /// `hemicube bake`.
 #[derive(Debug, Args)]
 pub struct Bake {
-    /// The model with its light (.glb) [default: the scene's name with -baked.glb]
-    #[arg(short, long, value_name = "FILE.glb")]
+    /// The model with its light (.glb), or a page that shows it (.html) [default: the scene's name
+    /// with -baked.glb]
+    #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
 
-    /// How the model carries its light
-    #[arg(long, value_enum, default_value_t = ModeArg::Unlit)]
-    pub mode: ModeArg,
+    /// How the model carries its light [default: unlit]
+    #[arg(long, value_enum)]
+    pub mode: Option<ModeArg>,
 
     /// Width of a texel on surfaces, in metres [default: one of about 260000 texels in all]
     #[arg(long, value_name = "SIZE", value_parser = length)]

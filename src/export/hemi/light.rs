@@ -8,9 +8,9 @@ use std::sync::Arc;
 use glam::DVec2;
 
 use super::manifest::{LightHead, RowsHead};
-use super::members::{Members, Packing};
 use super::rows;
 use crate::export::archive::{Archive, finite, float, integer, word};
+use crate::export::members::{Members, Packing};
 use crate::export::npz::read::ReadError;
 use crate::form_factors::FormFactors;
 use crate::patches::{Cell, PatchId, Patches, SplitCells, SurfacePoint};

@@ -3,8 +3,8 @@
 use std::io::{self, Seek, Write};
 
 use super::manifest::{BlockHead, RowsHead, WeightsHead};
-use super::members::{Members, Packing};
 use crate::export::archive::{Archive, finite, float, integer, word};
+use crate::export::members::{Members, Packing};
 use crate::form_factors::{FormFactors, RowAccount, RowBlock, RowSink, RowView, Weights};
 use crate::patches::PatchId;
 

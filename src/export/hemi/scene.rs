@@ -9,8 +9,8 @@ use glam::{DVec2, DVec3};
 
 use super::check::check;
 use super::manifest::{SceneHead, TextureHead};
-use super::members::{Members, Packing};
 use crate::export::archive::{Archive, finite, float, integer, word};
+use crate::export::members::{Members, Packing};
 use crate::scene::files::read_regular;
 use crate::scene::geometry::MAX_ELEMENTS;
 use crate::scene::{Geometry, Optics, Rgb, Scene, Sides, Texture, TriangleId, TriangleState};

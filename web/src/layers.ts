@@ -1,0 +1,121 @@
+// Light of each source over the atlas, and their sum, which the graphics card makes.
+import {
+  ClampToEdgeWrapping, DataArrayTexture, DataUtils, GLSL3, HalfFloatType, LinearFilter, Mesh, NearestFilter, OrthographicCamera,
+  PlaneGeometry, RawShaderMaterial, RGBAFormat, Scene, Vector3, WebGLRenderTarget, type WebGLRenderer,
+} from 'three';
+import type { Archive } from './archive';
+import type { Manifest, Triple } from './page';
+
+const ONE = 0x3c00;
+
+// Undoes what `export/html/layers.rs` does: differences to the left, red and blue less green, and
+// logarithms. Values are shares of the layer's peak.
+function decodeLayer(low: Uint8Array, high: Uint8Array, halves: Uint16Array, width: number, into: Uint16Array): void {
+  const texels = into.length / 4;
+  for (let c = 0; c < 3; c += 1) {
+    // Green comes first, as the others are told by it.
+    const channel = [1, 0, 2][c];
+    const plane = c * texels;
+    for (let row = 0; row < texels; row += width) {
+      let value = row > 0 ? into[4 * (row - width) + channel] : 0;
+      for (let i = row; i < row + width; i += 1) {
+        const zigzag = low[plane + i] | (high[plane + i] << 8);
+        value = (value + ((zigzag >> 1) ^ -(zigzag & 1))) & 0xffff;
+        into[4 * i + channel] = value;
+      }
+    }
+  }
+  for (let i = 0; i < into.length; i += 4) {
+    const green = into[i + 1];
+    into[i] = halves[(into[i] + green) & 0xffff];
+    into[i + 2] = halves[(into[i + 2] + green) & 0xffff];
+    into[i + 1] = halves[green];
+    into[i + 3] = ONE;
+  }
+}
+
+// The half floats that codes stand for: 0, and then powers of two up to 1.
+function halvesOf(steps: number, octaves: number): Uint16Array {
+  const halves = new Uint16Array(65536);
+  for (let code = 1; code < halves.length; code += 1) {
+    halves[code] = DataUtils.toHalfFloat(Math.min(2 ** ((code - 1) / steps - octaves), 1) * SCALE);
+  }
+  return halves;
+}
+
+// Layers are kept this many times larger, as half floats lose digits below 6e-5.
+const SCALE = 16384;
+
+const VERTEX = `
+in vec3 position;
+void main() { gl_Position = vec4(position.xy, 0.0, 1.0); }
+`;
+
+const fragment = (count: number) => `
+precision highp float;
+precision highp sampler2DArray;
+uniform sampler2DArray layers;
+uniform vec3 weights[${count}];
+out vec4 sum;
+void main() {
+  vec3 light = vec3(0.0);
+  for (int k = 0; k < ${count}; k++) {
+    if (weights[k] != vec3(0.0)) light += weights[k] * texelFetch(layers, ivec3(gl_FragCoord.xy, k), 0).rgb;
+  }
+  sum = vec4(min(light, vec3(65000.0)), 1.0);
+}
+`;
+
+export class Layers {
+  // Irradiance over the atlas, in units of `unit`.
+  readonly sum: WebGLRenderTarget;
+  private pass = new Scene();
+  private camera = new OrthographicCamera();
+  private weights: Vector3[];
+
+  // `unit` is an irradiance (W/m² or lx) of the order of what is shown.
+  private constructor(private manifest: Manifest, data: Uint16Array<ArrayBuffer>, readonly unit: number) {
+    const { width, height } = manifest.atlas;
+    const count = manifest.sources.length;
+    const layers = new DataArrayTexture(data, width, height, count);
+    layers.type = HalfFloatType;
+    layers.format = RGBAFormat;
+    layers.minFilter = NearestFilter;
+    layers.magFilter = NearestFilter;
+    layers.needsUpdate = true;
+    this.sum = new WebGLRenderTarget(width, height, {
+      type: HalfFloatType, minFilter: LinearFilter, magFilter: LinearFilter,
+      wrapS: ClampToEdgeWrapping, wrapT: ClampToEdgeWrapping, depthBuffer: false,
+    });
+    this.weights = manifest.sources.map(() => new Vector3());
+    const material = new RawShaderMaterial({
+      glslVersion: GLSL3, vertexShader: VERTEX, fragmentShader: fragment(count), depthTest: false, depthWrite: false,
+      uniforms: { layers: { value: layers }, weights: { value: this.weights } },
+    });
+    const plane = new Mesh(new PlaneGeometry(2, 2), material);
+    plane.frustumCulled = false;
+    this.pass.add(plane);
+  }
+
+  static async read(archive: Archive, manifest: Manifest, unit: number): Promise<Layers> {
+    const { width, height, steps, octaves } = manifest.atlas;
+    const halves = halvesOf(steps, octaves);
+    const length = 4 * width * height;
+    const data = new Uint16Array(length * manifest.sources.length);
+    for (let k = 0; k < manifest.sources.length; k += 1) {
+      const [low, high] = await Promise.all(['low', 'high'].map((part) => archive.array<Uint8Array>(`light/${k}_${part}`)));
+      decodeLayer(low, high, halves, width, data.subarray(k * length, (k + 1) * length));
+    }
+    return new Layers(manifest, data, unit);
+  }
+
+  // Adds up the layers, as strong as sources now are.
+  mix(renderer: WebGLRenderer, weights: Triple[]): void {
+    this.manifest.sources.forEach(({ peak }, k) => {
+      this.weights[k].fromArray(weights[k]).multiplyScalar(peak / SCALE / this.unit);
+    });
+    renderer.setRenderTarget(this.sum);
+    renderer.render(this.pass, this.camera);
+    renderer.setRenderTarget(null);
+  }
+}

@@ -1,0 +1,126 @@
+// The model: its surfaces by material, and the outlines of its patches.
+import {
+  BufferAttribute, BufferGeometry, ClampToEdgeWrapping, DataTexture, FrontSide, GLSL3, LineBasicMaterial, LineSegments,
+  LinearFilter, LinearMipmapLinearFilter, Mesh, MirroredRepeatWrapping, PlaneGeometry, RawShaderMaterial, RepeatWrapping,
+  Scene, SRGBColorSpace, Texture, Vector3, type IUniform,
+} from 'three';
+import type { Archive } from './archive';
+import type { Manifest, Texture as TextureHead, Triple, Wrap } from './page';
+import { FRAGMENT, Mode, SKY_FRAGMENT, SKY_VERTEX, VERTEX } from './shaders';
+
+const WRAPS: Record<Wrap, Texture['wrapS']> = {
+  repeat: RepeatWrapping, mirror: MirroredRepeatWrapping, clamp: ClampToEdgeWrapping,
+};
+
+const TONES = { agx: 0, reinhard: 1, linear: 2 };
+
+export class Surfaces {
+  readonly scene = new Scene();
+  // What all materials share.
+  readonly shared: Record<string, IUniform>;
+  private lit: { uniforms: Record<string, IUniform>; source: number | null; emission: Triple }[] = [];
+  private outlines?: LineSegments;
+
+  private constructor(private archive: Archive, private manifest: Manifest, light: Texture, unit: number) {
+    this.shared = {
+      light: { value: light }, unit: { value: unit }, mode: { value: Mode.Picture }, tone: { value: TONES[manifest.tone] },
+      exposure: { value: 2 ** manifest.exposure }, range: { value: manifest.range }, most: { value: manifest.mostReflectance },
+    };
+  }
+
+  static async read(archive: Archive, manifest: Manifest, light: Texture, unit: number): Promise<Surfaces> {
+    const all = new Surfaces(archive, manifest, light, unit);
+    const geometry = new BufferGeometry();
+    const tinted = archive.has('mesh/tint.npy');
+    geometry.setAttribute('position', new BufferAttribute(await archive.array<Float32Array>('mesh/position'), 3));
+    geometry.setAttribute('atlas', new BufferAttribute(await archive.array<Uint16Array>('mesh/atlas'), 2, true));
+    if (manifest.textures.length > 0) {
+      geometry.setAttribute('uv', new BufferAttribute(await archive.array<Float32Array>('mesh/uv'), 2));
+    }
+    if (tinted) geometry.setAttribute('tint', new BufferAttribute(await archive.array<Uint8Array>('mesh/tint'), 3, true));
+    const textures = await Promise.all(manifest.textures.map((texture) => all.texture(texture)));
+    const white = new DataTexture(new Uint8Array([255, 255, 255, 255]), 1, 1);
+    white.needsUpdate = true;
+    const map = (index: number | null) => ({ value: index === null ? white : textures[index] ?? white });
+    const materials = manifest.materials.map((head, number) => {
+      const textured = head.texture !== null || head.emissionTexture !== null;
+      const uniforms: Record<string, IUniform> = {
+        ...all.shared, number: { value: number }, reflectance: { value: new Vector3(...head.reflectance) },
+        emission: { value: new Vector3() }, reflectanceMap: map(head.texture), emissionMap: map(head.emissionTexture),
+      };
+      all.lit.push({ uniforms, source: head.source, emission: head.emission });
+      geometry.addGroup(head.first, head.count, number);
+      return new RawShaderMaterial({
+        glslVersion: GLSL3, vertexShader: VERTEX, fragmentShader: FRAGMENT, uniforms, side: FrontSide,
+        defines: { ...(textured && { TEXTURED: '' }), ...(tinted && { TINTED: '' }) },
+        polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1,
+      });
+    });
+    const mesh = new Mesh(geometry, materials);
+    mesh.frustumCulled = false;
+    all.scene.add(mesh);
+    all.addSky();
+    return all;
+  }
+
+  // Lets emitting surfaces glow as strongly as their sources.
+  glow(weights: Triple[]): void {
+    for (const { uniforms, source, emission } of this.lit) {
+      const weight = source === null ? [0, 0, 0] : weights[source];
+      (uniforms.emission.value as Vector3).set(emission[0] * weight[0], emission[1] * weight[1], emission[2] * weight[2]);
+    }
+  }
+
+  // Shows the outlines of patches, or hides them.
+  async outline(shown: boolean): Promise<void> {
+    if (shown && !this.outlines) {
+      const geometry = new BufferGeometry();
+      geometry.setAttribute('position', new BufferAttribute(await this.archive.array<Uint16Array>('mesh/outlines'), 3, true));
+      const [low, high] = this.manifest.bounds;
+      this.outlines = new LineSegments(geometry, new LineBasicMaterial({ color: 0xffffff, transparent: true, opacity: 0.45 }));
+      this.outlines.position.set(...low);
+      this.outlines.scale.set(high[0] - low[0], high[1] - low[1], high[2] - low[2]);
+      this.outlines.frustumCulled = false;
+      this.scene.add(this.outlines);
+    }
+    if (this.outlines) this.outlines.visible = shown;
+  }
+
+  // Calls `draw` with surfaces alone.
+  measuring<T>(draw: () => T): T {
+    const { mode } = this.shared;
+    const before = [mode.value as Mode, this.outlines?.visible ?? false] as const;
+    mode.value = Mode.Measure;
+    if (this.outlines) this.outlines.visible = false;
+    try {
+      return draw();
+    } finally {
+      [mode.value] = before;
+      if (this.outlines) [, this.outlines.visible] = before;
+    }
+  }
+
+  private addSky(): void {
+    const { sky } = this.manifest;
+    const uniforms = { ...this.shared, emission: { value: new Vector3() } };
+    this.lit.push({ uniforms, source: sky?.source ?? null, emission: sky?.emission ?? [0, 0, 0] });
+    const plane = new Mesh(new PlaneGeometry(2, 2), new RawShaderMaterial({
+      glslVersion: GLSL3, vertexShader: SKY_VERTEX, fragmentShader: SKY_FRAGMENT, uniforms, depthWrite: false,
+    }));
+    plane.frustumCulled = false;
+    plane.renderOrder = -1;
+    this.scene.add(plane);
+  }
+
+  private async texture({ file, wrap, vUp }: TextureHead): Promise<Texture> {
+    const image = await createImageBitmap(new Blob([await this.archive.bytes(file)]), {
+      imageOrientation: vUp ? 'flipY' : 'from-image', premultiplyAlpha: 'none', colorSpaceConversion: 'none',
+    });
+    const texture = new Texture(image, undefined, WRAPS[wrap[0]], WRAPS[wrap[1]], LinearFilter, LinearMipmapLinearFilter);
+    texture.flipY = false;
+    texture.colorSpace = SRGBColorSpace;
+    texture.anisotropy = 8;
+    texture.needsUpdate = true;
+    return texture;
+  }
+}
