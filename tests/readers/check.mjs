@@ -4,19 +4,13 @@ import { readdir, readFile } from 'node:fs/promises';
 import { createServer } from 'node:http';
 import { extname, join } from 'node:path';
 import { validateBytes } from 'gltf-validator';
-import { chromium } from 'playwright-core';
+import { hear, launch } from './browser.mjs';
 
 const TOLERANCE = 0.02;
 const HERE = import.meta.dirname;
 const ENDING = /\.(glb|points\.json)$/;
 const SEVERITIES = ['error', 'warning', 'info', 'hint'];
 const ALLOWED_INFOS = /^(UNUSED_|UNSUPPORTED_EXTENSION$)/;
-const DRIVER_CHATTER = /GPU stall due to ReadPixels|software WebGL|GroupMarkerNotSet/;
-const FLAGS = [
-  '--no-sandbox', '--disable-quic', '--no-first-run', '--disable-background-networking',
-  '--disable-component-update', '--disable-sync', '--use-gl=angle', '--use-angle=swiftshader',
-  '--enable-unsafe-swiftshader', '--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1',
-];
 const TYPES = { '.html': 'text/html', '.mjs': 'text/javascript', '.js': 'text/javascript', '.glb': 'model/gltf-binary' };
 
 // Serves the page, three.js and the models of the folder on the loopback address.
@@ -55,11 +49,7 @@ async function show(browser, address, name, sample) {
   const page = await browser.newPage();
   const faults = [];
   let shown = [];
-  page.on('console', (message) => {
-    const bad = ['warning', 'error'].includes(message.type()) && !DRIVER_CHATTER.test(message.text());
-    if (bad) faults.push(`page: ${message.type()}: ${message.text()}`);
-  });
-  page.on('pageerror', (error) => faults.push(`page: ${error.message}`));
+  hear(page, faults);
   try {
     await page.goto(`${address}/page.html`);
     shown = await page.evaluate(([url, wanted]) => window.look(url, wanted), [`/models/${encodeURIComponent(name)}.glb`, sample]);
@@ -121,7 +111,7 @@ async function main(folder) {
   if (names.length === 0) throw new Error(`no glb file in ${folder}`);
   const server = await serve(folder);
   const address = `http://127.0.0.1:${server.address().port}`;
-  const browser = await chromium.launch({ executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium', args: FLAGS });
+  const browser = await launch();
   let bad = 0;
   try {
     for (const name of names) bad += await check(browser, address, folder, name) ? 0 : 1;

@@ -180,7 +180,18 @@ async function start(): Promise<void> {
   if (matchMedia('(max-width: 600px)').matches) byId<HTMLDetailsElement>('panel').open = false;
   begin();
   // What tests, and people at a console, may ask.
-  Object.assign(window, { hemicube: { manifest, read, draw, renderer, ready: true } });
+  const stand = (eye: Triple, target: Triple) => {
+    const up: Triple = Math.abs(eye[1] - target[1]) > 0.9 * Math.hypot(...eye.map((e, k) => e - target[k])) ? [1, 0, 0] : [0, 1, 0];
+    navigation.take({ ...manifest.cameras[0], eye, target, up });
+  };
+  const resizeTo = (width: number, height: number) => {
+    renderer.setPixelRatio(1);
+    renderer.setSize(width, height, false);
+    navigation.widen(width / height);
+  };
+  Object.assign(window, {
+    hemicube: { archive, camera, canvas, draw, manifest, origin: manifest.origin, read, resize: resizeTo, stand, ready: true },
+  });
 }
 
 function fail(error: unknown): void {

@@ -16,6 +16,8 @@ export interface Manifest {
   patches: number;
   // Whether the first camera stands within the model.
   inside: boolean;
+  // Where the model's own coordinates have these, m: the middle of its box.
+  origin: Triple;
   // Corners of the box around the model.
   bounds: [Triple, Triple];
   mostReflectance: number;

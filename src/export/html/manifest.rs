@@ -24,6 +24,8 @@ pub struct Manifest {
     error: Option<f64>,
     patches: usize,
     inside: bool,
+    /// What is to be added to positions for those of the model, m.
+    origin: DVec3,
     bounds: [DVec3; 2],
     most_reflectance: f64,
     cameras: Vec<CameraHead>,
@@ -156,6 +158,7 @@ pub fn of(
         error: view.error,
         patches: store.patches.len(),
         inside: view.cameras.first().is_some_and(|c| is_within(c.eye - origin)),
+        origin,
         bounds: [-half, half],
         most_reflectance: optics.max_reflectance,
         cameras: view.cameras.iter().map(|c| camera(c, origin, half)).collect(),
