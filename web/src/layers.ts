@@ -1,7 +1,7 @@
 // Light of each source over the atlas, and their sum, which the graphics card makes.
 import {
   ClampToEdgeWrapping, DataArrayTexture, DataUtils, GLSL3, HalfFloatType, LinearFilter, Mesh, NearestFilter, OrthographicCamera,
-  PlaneGeometry, RawShaderMaterial, RGBAFormat, Scene, Vector3, WebGLRenderTarget, type WebGLRenderer,
+  PlaneGeometry, RawShaderMaterial, RGBAFormat, Scene, Vector3, WebGLRenderTarget, type IUniform, type WebGLRenderer,
 } from 'three';
 import type { Archive } from './archive';
 import type { Manifest, Triple } from './page';
@@ -53,15 +53,19 @@ void main() { gl_Position = vec4(position.xy, 0.0, 1.0); }
 
 const fragment = (count: number) => `
 precision highp float;
+precision highp sampler2D;
 precision highp sampler2DArray;
 uniform sampler2DArray layers;
+uniform sampler2D others;
+uniform bool onOthers;
+uniform int count;
+uniform int numbers[${count}];
 uniform vec3 weights[${count}];
 out vec4 sum;
 void main() {
-  vec3 light = vec3(0.0);
-  for (int k = 0; k < ${count}; k++) {
-    if (weights[k] != vec3(0.0)) light += weights[k] * texelFetch(layers, ivec3(gl_FragCoord.xy, k), 0).rgb;
-  }
+  ivec2 texel = ivec2(gl_FragCoord.xy);
+  vec3 light = onOthers ? texelFetch(others, texel, 0).rgb : vec3(0.0);
+  for (int i = 0; i < count; i++) light += weights[i] * texelFetch(layers, ivec3(texel, numbers[i]), 0).rgb;
   sum = vec4(min(light, vec3(65000.0)), 1.0);
 }
 `;
@@ -71,7 +75,10 @@ export class Layers {
   readonly sum: WebGLRenderTarget;
   private pass = new Scene();
   private camera = new OrthographicCamera();
-  private weights: Vector3[];
+  private uniforms: Record<string, IUniform>;
+  // The sum without the source that changed last, for the next time that it alone changes.
+  private others?: { target: WebGLRenderTarget; source: number };
+  private last: Vector3[] = [];
 
   // `unit` is an irradiance (W/m² or lx) of the order of what is shown.
   private constructor(private manifest: Manifest, data: Uint16Array<ArrayBuffer>, readonly unit: number) {
@@ -83,14 +90,14 @@ export class Layers {
     layers.minFilter = NearestFilter;
     layers.magFilter = NearestFilter;
     layers.needsUpdate = true;
-    this.sum = new WebGLRenderTarget(width, height, {
-      type: HalfFloatType, minFilter: LinearFilter, magFilter: LinearFilter,
-      wrapS: ClampToEdgeWrapping, wrapT: ClampToEdgeWrapping, depthBuffer: false,
-    });
-    this.weights = manifest.sources.map(() => new Vector3());
+    this.sum = this.target();
+    this.uniforms = {
+      layers: { value: layers }, others: { value: null }, onOthers: { value: false }, count: { value: 0 },
+      numbers: { value: new Int32Array(count) }, weights: { value: manifest.sources.map(() => new Vector3()) },
+    };
     const material = new RawShaderMaterial({
       glslVersion: GLSL3, vertexShader: VERTEX, fragmentShader: fragment(count), depthTest: false, depthWrite: false,
-      uniforms: { layers: { value: layers }, weights: { value: this.weights } },
+      uniforms: this.uniforms,
     });
     const plane = new Mesh(new PlaneGeometry(2, 2), material);
     plane.frustumCulled = false;
@@ -111,11 +118,44 @@ export class Layers {
 
   // Adds up the layers, as strong as sources now are.
   mix(renderer: WebGLRenderer, weights: Triple[]): void {
-    this.manifest.sources.forEach(({ peak }, k) => {
-      this.weights[k].fromArray(weights[k]).multiplyScalar(peak / SCALE / this.unit);
+    const now = this.manifest.sources.map(({ peak }, k) => new Vector3(...weights[k]).multiplyScalar(peak / SCALE / this.unit));
+    const changed = now.flatMap((weight, k) => (this.last[k]?.equals(weight) ? [] : [k]));
+    this.last = now;
+    if (changed.length !== 1 || now.length < 3) {
+      this.others?.target.dispose();
+      this.others = undefined;
+      this.add(renderer, this.sum, now, now.map((_, k) => k));
+      return;
+    }
+    const [source] = changed;
+    if (this.others?.source !== source) {
+      const target = this.others?.target ?? this.target();
+      this.add(renderer, target, now, now.flatMap((_, k) => (k === source ? [] : [k])));
+      this.others = { target, source };
+    }
+    this.add(renderer, this.sum, now, [source], this.others.target);
+  }
+
+  private add(renderer: WebGLRenderer, to: WebGLRenderTarget, weights: Vector3[], which: number[], on?: WebGLRenderTarget): void {
+    const { uniforms } = this;
+    const lit = which.filter((k) => weights[k].lengthSq() > 0);
+    uniforms.count.value = lit.length;
+    lit.forEach((k, i) => {
+      (uniforms.numbers.value as Int32Array)[i] = k;
+      (uniforms.weights.value as Vector3[])[i].copy(weights[k]);
     });
-    renderer.setRenderTarget(this.sum);
+    uniforms.onOthers.value = on !== undefined;
+    uniforms.others.value = on?.texture ?? null;
+    renderer.setRenderTarget(to);
     renderer.render(this.pass, this.camera);
     renderer.setRenderTarget(null);
+  }
+
+  private target(): WebGLRenderTarget {
+    const { width, height } = this.manifest.atlas;
+    return new WebGLRenderTarget(width, height, {
+      type: HalfFloatType, minFilter: LinearFilter, magFilter: LinearFilter,
+      wrapS: ClampToEdgeWrapping, wrapT: ClampToEdgeWrapping, depthBuffer: false,
+    });
   }
 }

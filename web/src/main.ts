@@ -6,6 +6,7 @@ import { Lamps } from './lamps';
 import { Layers } from './layers';
 import { Navigation } from './navigation';
 import type { Manifest, Triple } from './page';
+import { Pace } from './pace';
 import { Panel, significant } from './panel';
 import { LEGEND, Mode } from './shaders';
 import { Surfaces } from './surfaces';
@@ -49,12 +50,18 @@ async function start(): Promise<void> {
     if (what === 'light') stale.light = true;
     if (asked) return;
     asked = true;
-    requestAnimationFrame(() => {
+    requestAnimationFrame((now) => {
       asked = false;
+      if (stale.picture) pace.frame(now);
       draw();
       if (pointer && !navigation.dragging) byId('hover').textContent = told(read(...pointer));
     });
   };
+
+  const pace = new Pace(renderer, () => {
+    stale.picture = true;
+    draw();
+  });
 
   const [low, high] = manifest.bounds;
   const size = Math.hypot(...low.map((l, k) => high[k] - l)) || 1;

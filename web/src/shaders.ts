@@ -129,20 +129,23 @@ void main() {
 // The surroundings, behind everything.
 export const SKY_VERTEX = `
 in vec3 position;
-void main() { gl_Position = vec4(position.xy, 1.0, 1.0); }
-`;
-
-export const SKY_FRAGMENT = `
-precision highp float;
 uniform vec3 emission;
 uniform int mode;
 uniform int tone;
 uniform float exposure;
-out vec4 shown;
+flat out vec4 colour;
 ${TONE}
 void main() {
-  if (mode == ${Mode.Measure}) shown = vec4(0.0);
-  else if (mode == ${Mode.FalseColour}) shown = vec4(vec3(0.19), 1.0);
-  else shown = vec4(srgb(toned(emission * exposure)), 1.0);
+  if (mode == ${Mode.Measure}) colour = vec4(0.0);
+  else if (mode == ${Mode.FalseColour}) colour = vec4(vec3(0.19), 1.0);
+  else colour = vec4(srgb(toned(emission * exposure)), 1.0);
+  gl_Position = vec4(position.xy, 1.0, 1.0);
 }
+`;
+
+export const SKY_FRAGMENT = `
+precision highp float;
+flat in vec4 colour;
+out vec4 shown;
+void main() { shown = colour; }
 `;

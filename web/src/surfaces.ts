@@ -108,7 +108,8 @@ export class Surfaces {
       glslVersion: GLSL3, vertexShader: SKY_VERTEX, fragmentShader: SKY_FRAGMENT, uniforms, depthWrite: false,
     }));
     plane.frustumCulled = false;
-    plane.renderOrder = -1;
+    // Last, where nothing else is.
+    plane.renderOrder = 1;
     this.scene.add(plane);
   }
 
