@@ -15,6 +15,7 @@
 mod layers;
 mod manifest;
 mod mesh;
+mod view;
 
 use std::io::{self, Cursor};
 use std::path::Path;
@@ -28,24 +29,9 @@ use super::members::{Members, Packing};
 use super::target::write_whole;
 use crate::bake::Layers;
 use crate::progress::Progress;
-use crate::scene::{Camera, Scene};
+use crate::scene::Scene;
 use crate::store::Store;
-use crate::tone::Tone;
-
-/// How a page looks at first.
-#[derive(Debug, Clone)]
-pub struct PageView {
-    /// Points of view, the first one first; at least one.
-    pub cameras: Vec<Camera>,
-    /// Exposure in stops.
-    pub exposure: f64,
-    /// The tone curve.
-    pub tone: Tone,
-    /// The unit of illuminance, `lx` or `W/m2`.
-    pub unit: String,
-    /// How well irradiance is known on 80 % of the surface, as a share of it, where that is known.
-    pub error: Option<f64>,
-}
+pub use view::PageView;
 
 const PAGE: &str = include_str!("../../web/page.html");
 const SCRIPT: &str = include_str!("../../web/dist/page.js");

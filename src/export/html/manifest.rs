@@ -5,12 +5,12 @@ use std::f64::consts::PI;
 use glam::DVec3;
 use serde::Serialize;
 
-use super::PageView;
 use super::layers::{OCTAVES, STEPS};
 use super::mesh::{Run, frame};
+use super::view::PageView;
 use crate::bake::Layers;
-use crate::scene::{Camera, Rgb, Scene, luminance};
-use crate::store::{Emitter, MixError, Store};
+use crate::scene::{Camera, Rgb, Scene, Texture, luminance};
+use crate::store::{Emitter, MixError, Source, Store};
 use crate::tone::{FalseColour, Map, Tone};
 
 #[derive(Debug, Serialize)]
@@ -136,12 +136,12 @@ pub fn of(
             emission_texture: m.radiance_texture,
         }
     };
-    let texture = |(i, t): (usize, &crate::scene::Texture)| TextureHead {
+    let texture = |(i, t): (usize, &Texture)| TextureHead {
         file: texture_file(i),
         wrap: t.wrap.map(|w| format!("{w:?}").to_lowercase()),
         v_up: t.v_up,
     };
-    let source = |((s, weight), peak): ((&crate::store::Source, &Rgb), &f64)| SourceHead {
+    let source = |((s, weight), peak): ((&Source, &Rgb), &f64)| SourceHead {
         name: s.name.clone(),
         weight: *weight,
         keeps_colour: s.keeps_its_colour(),

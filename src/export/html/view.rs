@@ -1,0 +1,19 @@
+//! How a page looks at first.
+
+use crate::scene::Camera;
+use crate::tone::Tone;
+
+/// How a page looks at first.
+#[derive(Debug, Clone)]
+pub struct PageView {
+    /// Points of view, the first one first; at least one.
+    pub cameras: Vec<Camera>,
+    /// Exposure in stops.
+    pub exposure: f64,
+    /// The tone curve.
+    pub tone: Tone,
+    /// The unit of illuminance, `lx` or `W/m2`.
+    pub unit: String,
+    /// How well irradiance is known on 80 % of the surface, as a share of it, where that is known.
+    pub error: Option<f64>,
+}
