@@ -9,6 +9,7 @@ use super::layers::{OCTAVES, STEPS};
 use super::mesh::{Run, frame};
 use super::view::PageView;
 use crate::bake::Layers;
+use crate::patches::PatchId;
 use crate::scene::{Camera, Rgb, Scene, Texture, luminance};
 use crate::store::{Emitter, MixError, Source, Store};
 use crate::tone::{FalseColour, Map, Tone};
@@ -147,6 +148,7 @@ pub fn of(
         keeps_colour: s.keeps_its_colour(),
         peak: *peak,
     };
+    let is_own = |p: PatchId| !scene.geometry.is_whole(store.patches.cell(p).triangle);
     let is_within = |p: DVec3| p.abs().cmple(half).all();
     let [width, height] = layers.size();
     Ok(Manifest {
@@ -156,7 +158,7 @@ pub fn of(
         tone: view.tone,
         range: range(layers, &weights),
         error: view.error,
-        patches: store.patches.len(),
+        patches: store.patches.ids().filter(|&p| is_own(p)).count(),
         inside: view.cameras.first().is_some_and(|c| is_within(c.eye - origin)),
         origin,
         bounds: [-half, half],

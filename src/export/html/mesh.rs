@@ -22,9 +22,15 @@ pub struct Run {
 }
 
 /// The middle of the model's box, from which positions are measured, as single precision knows
-/// little far from its origin; and half of the box's extent.
+/// little far from its origin; and half of the box's extent. A stage is no part of the model.
 pub fn frame(scene: &Scene) -> (DVec3, DVec3) {
-    let (low, high) = scene.geometry.bounds().unwrap_or_default();
+    let g = &scene.geometry;
+    let own = g.ids().filter(|&t| !g.is_whole(t)).flat_map(|t| g.corners(t));
+    let bounds = own.fold(None, |bounds: Option<(DVec3, DVec3)>, p| {
+        let (low, high) = bounds.unwrap_or((p, p));
+        Some((low.min(p), high.max(p)))
+    });
+    let (low, high) = bounds.unwrap_or_default();
     ((low + high) / 2.0, (high - low) / 2.0)
 }
 
