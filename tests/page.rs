@@ -24,7 +24,7 @@ use serde_json::Value;
 /// Width of a texel, m.
 const TEXEL: f64 = 0.05;
 
-/// A closed room with two panels of different colours, far from the origin.
+/// A closed room with two panels of different colours.
 fn scene() -> Scene {
     let panel =
         |x: f64| rectangle([dvec3(x, 0.9, -0.3), dvec3(0.4, 0.0, 0.0), dvec3(0.0, 0.0, 0.4)]);
