@@ -22,7 +22,7 @@ pub use classical::Classical;
 pub use engine::{AssembleError, Engine, EngineError, PairsReport, ROWS_AT_ONCE};
 pub use exact::{Exact, ExactOptions};
 pub use forecast::SampleOfRows;
-pub use hemicube::{Draw, Hemicube, HemicubeError, HemicubeOptions};
+pub use hemicube::{Draw, Hemicube, HemicubeError, HemicubeOptions, Item, Net};
 #[cfg(feature = "gpu")]
 pub use hemicube_gpu::{AdapterReport, Gpu, GpuError, GpuSeconds, HemicubeGpu};
 pub use options::{EngineOptions, EngineReport};

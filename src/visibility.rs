@@ -25,10 +25,10 @@ pub(crate) use bodies::Bodies;
 pub use bvh::{Bvh, Hits, Lanes, Met, Packet};
 pub use covered::{COVERED, covered_triangles, uncover};
 pub(crate) use hemisphere::{DIRECTIONS, seen_from, share_of};
-pub(crate) use item_buffer::each_face;
 #[cfg(feature = "gpu")]
 pub(crate) use item_buffer::turn;
 pub use item_buffer::{Edges, Face, ItemBuffer, PatchArea};
+pub(crate) use item_buffer::{back, each_face};
 pub use occluders::{Frame, Occluders, View};
 pub(crate) use occluders::{code, faces_of};
 pub use segments::{Blockers, ROUNDING, Sight};

@@ -7,6 +7,7 @@ mod light;
 mod run;
 mod solve;
 mod values;
+mod view;
 
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -22,6 +23,7 @@ pub use light::{ClusterArg, DeviceArg, DrawChoice, EngineArg, Light, SolverChoic
 pub use solve::Solve;
 pub use values::{MOST_RADIANCE, size, vector};
 use values::{camera, exposure, point_rays, range, threads};
+pub use view::View;
 
 /// Reads the command line; ends the program where it says what is wrong or shows help.
 pub fn read(arguments: &[OsString]) -> Result<Arguments, String> {
@@ -57,6 +59,9 @@ pub enum Command {
     /// Solve for each lamp on its own: new lamps, views and reflectances then cost next to nothing
     #[command(after_long_help = solve::EXAMPLES)]
     Solve(Box<Solve>),
+    /// Look at a scene in a browser, while it is lit and after
+    #[command(after_long_help = view::EXAMPLES)]
+    View(Box<View>),
     /// Measure irradiance at points or on a work plane, as CSV
     #[command(after_long_help = PROBE_EXAMPLES)]
     Probe(Box<Probe>),

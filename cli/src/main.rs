@@ -23,6 +23,7 @@ mod solutions;
 mod solve;
 mod staging;
 mod terminal;
+mod view;
 
 use std::process::ExitCode;
 
@@ -49,6 +50,7 @@ fn run(arguments: &Arguments) -> Result<(), Failure> {
         Command::Render(r) => render::run(r),
         Command::Bake(b) => bake::run(b),
         Command::Solve(s) => solve::run(s),
+        Command::View(v) => view::run(v),
         Command::Probe(p) => probe::run(p),
         Command::Factors(f) => factors::run(f),
         Command::Info(i) => info::run(i),

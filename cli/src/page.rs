@@ -48,6 +48,7 @@ pub fn run(args: &Args, output: &Path) -> Result<(), Failure> {
         tone: tone_of(look.tone),
         unit: "lx".into(),
         error: None,
+        names_patches: false,
     };
     let gather = gathering(look);
     let solution =

@@ -5,6 +5,7 @@ use std::path::Path;
 use glam::DVec3;
 use hemicube::export::{ReadError, read_factors, read_scene, read_sources, read_store};
 use hemicube::form_factors::FormFactors;
+use hemicube::progress::Progress;
 use hemicube::scene::Scene;
 use hemicube::solution::Solution;
 use hemicube::store::{self, Group, MixError, Source, Store};
@@ -119,7 +120,7 @@ pub fn store(
     input: &Input,
     light: &Light,
     groups: &[Group],
-    bar: &Bar,
+    progress: &dyn Progress,
 ) -> Result<(Store, FormFactors), Failure> {
     let options = options_of(light)?;
     let path = &input.model.scene;
@@ -129,7 +130,7 @@ pub fn store(
         if found.is_empty() {
             ensure_lit(scene, &|_| DVec3::ZERO)?;
         }
-        return scene.solve(found, &options, bar).map_err(|e| light_failure(e, light));
+        return scene.solve(found, &options, progress).map_err(|e| light_failure(e, light));
     }
     let grouped = (!groups.is_empty()).then_some("--group");
     let error = light.error.map(|_| "--error");
@@ -139,11 +140,11 @@ pub fn store(
         )));
     }
     let memory = memory(light);
-    let store = read_store(path, scene, memory, bar).map_err(failure)?;
+    let store = read_store(path, scene, memory, progress).map_err(failure)?;
     let factors = read_factors(path, memory).map_err(failure)?;
     let store = match store.reflects_as(scene) {
         true => Ok(store),
-        false => store.solve_again(scene, &factors, &options, bar),
+        false => store.solve_again(scene, &factors, &options, progress),
     };
     Ok((store.map_err(|e| light_failure(e, light))?, factors))
 }

@@ -202,6 +202,29 @@ impl Atlas {
         }
     }
 
+    /// For each sample of each texel of a band of rows the piece that it lies on, and where.
+    fn samples(&self, rows: &Range<usize>) -> Vec<[Option<(u32, DVec3)>; N * N]> {
+        let w = self.size[0];
+        let mut found = vec![[None; N * N]; rows.len() * w];
+        for &i in &self.in_band[rows.start / BAND] {
+            let tile = &self.tiles[i as usize];
+            let ([left, top], [across, down]) = self.outer(tile.chart as usize);
+            let ys = [rows.start.max(top) * N, rows.end.min(top + down) * N];
+            let xs = [left * N, (left + across) * N];
+            each_within(tile.texels.map(|t| t * N as f64), [xs, ys], |x, y, l| {
+                let cell: &mut [_; N * N] = &mut found[(y / N - rows.start) * w + x / N];
+                cell[y % N * N + x % N].get_or_insert((tile.piece, l));
+            });
+        }
+        found
+    }
+
+    /// The place of each sample of a texel of a band of rows, cell by cell.
+    pub fn places(&self, rows: &Range<usize>) -> Vec<[Option<SurfacePoint>; N * N]> {
+        let at = |(i, l): (u32, DVec3)| self.pieces[i as usize].point(l);
+        self.samples(rows).iter().map(|cell| cell.map(|s| s.map(at))).collect()
+    }
+
     /// Corner and size of a chart's rectangle with the gutter around it.
     pub fn outer(&self, chart: usize) -> ([usize; 2], [usize; 2]) {
         outer(self.charts[chart])
@@ -233,7 +256,7 @@ impl Raster for Texels<'_> {
     }
 
     fn seen(&self, rows: &Range<usize>, _: &mut ItemBuffer) -> Vec<Seen> {
-        self.samples(rows).iter().map(|samples| self.seen_by(samples)).collect()
+        self.atlas.samples(rows).iter().map(|samples| self.seen_by(samples)).collect()
     }
 
     fn width(&self, _: &Sample) -> f64 {
@@ -250,29 +273,6 @@ impl Raster for Texels<'_> {
 }
 
 impl Texels<'_> {
-    /// For each sample of each texel of a band of rows the piece that it lies on, and where.
-    fn samples(&self, rows: &Range<usize>) -> Vec<[Option<(u32, DVec3)>; N * N]> {
-        let w = self.atlas.size[0];
-        let mut found = vec![[None; N * N]; rows.len() * w];
-        for &i in &self.atlas.in_band[rows.start / BAND] {
-            let tile = &self.atlas.tiles[i as usize];
-            let ([left, top], [across, down]) = self.atlas.outer(tile.chart as usize);
-            let ys = [rows.start.max(top) * N, rows.end.min(top + down) * N];
-            let xs = [left * N, (left + across) * N];
-            each_within(tile.texels.map(|t| t * N as f64), [xs, ys], |x, y, l| {
-                let cell: &mut [_; N * N] = &mut found[(y / N - rows.start) * w + x / N];
-                cell[y % N * N + x % N].get_or_insert((tile.piece, l));
-            });
-        }
-        found
-    }
-
-    /// The place of each sample of a texel of a band of rows, cell by cell.
-    pub fn places(&self, rows: &Range<usize>) -> Vec<[Option<SurfacePoint>; N * N]> {
-        let at = |(i, l): (u32, DVec3)| self.atlas.pieces[i as usize].point(l);
-        self.samples(rows).iter().map(|cell| cell.map(|s| s.map(at))).collect()
-    }
-
     /// What a texel stands for whose samples lie on pieces.
     fn seen_by(&self, samples: &[Option<(u32, DVec3)>]) -> Seen {
         if samples.iter().all(Option::is_none) {

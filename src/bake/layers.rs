@@ -1,13 +1,17 @@
 //! Light of each source of a scene over one atlas.
 
+use rayon::prelude::*;
+
 use super::atlas::{Atlas, BakeError};
 use super::facet::Facet;
 use super::options::BakeOptions;
 use super::sides::Sides;
 use super::texels::light_texels;
 use crate::gather::{GatherOptions, Gatherer};
+use crate::patches::{PatchId, Patches};
 use crate::progress::Progress;
 use crate::render::Renderer;
+use crate::render::raster::BAND;
 use crate::scene::Scene;
 use crate::store::Store;
 use crate::visibility::Bvh;
@@ -22,6 +26,12 @@ pub struct Layers {
 }
 
 impl Layers {
+    /// The width of a texel (m) that gives the sides of a scene about 260,000 texels.
+    #[must_use]
+    pub fn usual_texel(scene: &Scene, store: &Store) -> f64 {
+        sides(scene, store).usual_texel(&scene.geometry)
+    }
+
     /// Gathers the light of each source of a solved scene, alone and as it was solved. Surfaces of
     /// a stage are left out.
     ///
@@ -36,9 +46,7 @@ impl Layers {
         progress: &dyn Progress,
     ) -> Result<Self, BakeError> {
         let all: Vec<usize> = (0..store.sources.len()).collect();
-        let lights: Vec<_> = store.balances.iter().map(|b| &b.irradiance[..]).collect();
-        let lit = store.shining(scene, &all);
-        let sides = Sides::of(&lit, &store.patches, &store.usable, &lights);
+        let sides = sides(scene, store);
         let bvh = Bvh::new(&scene.geometry);
         let mut atlas = None;
         let mut irradiance = Vec::new();
@@ -78,9 +86,41 @@ impl Layers {
         self.atlas.charts.len()
     }
 
+    /// The patch that each texel lies on, row by row from the top; beyond the edges of a chart that
+    /// of a texel beside it.
+    #[must_use]
+    pub fn patches(&self, patches: &Patches) -> Vec<Option<PatchId>> {
+        let [w, h] = self.size();
+        let mut found = vec![None; w * h];
+        found.par_chunks_mut(w * BAND).enumerate().for_each(|(band, found)| {
+            let first = band * BAND;
+            let places = self.atlas.places(&(first..first + found.len() / w));
+            for (patch, samples) in found.iter_mut().zip(places) {
+                // The middle first.
+                let middle = samples.len() / 2;
+                let order = samples[middle..].iter().chain(&samples[..middle]);
+                *patch = order.flatten().find_map(|p| patches.at(*p));
+            }
+        });
+        let beside = |i: usize| {
+            let (x, y) = (i % w, i / w);
+            let xs = x.saturating_sub(1)..(x + 2).min(w);
+            (y.saturating_sub(1)..(y + 2).min(h)).flat_map(move |y| xs.clone().map(move |x| (x, y)))
+        };
+        let of_any = |i: usize| found[i].or_else(|| beside(i).find_map(|(x, y)| found[y * w + x]));
+        (0..w * h).into_par_iter().map(of_any).collect()
+    }
+
     /// All surfaces as triangles, with places in the atlas.
     #[must_use]
     pub fn facets(&self) -> Vec<Facet> {
         self.atlas.facets()
     }
+}
+
+/// The sides that any source lights.
+fn sides(scene: &Scene, store: &Store) -> Sides {
+    let all: Vec<usize> = (0..store.sources.len()).collect();
+    let lights: Vec<_> = store.balances.iter().map(|b| &b.irradiance[..]).collect();
+    Sides::of(&store.shining(scene, &all), &store.patches, &store.usable, &lights)
 }

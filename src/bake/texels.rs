@@ -35,7 +35,7 @@ pub(super) fn light_texels(
             .enumerate()
             .for_each(|(band, ((irradiance, shown), covered))| {
                 let first = rows.start + band * BAND;
-                let places = texels.places(&(first..first + irradiance.len() / w));
+                let places = atlas.places(&(first..first + irradiance.len() / w));
                 for (cell, samples) in places.iter().enumerate() {
                     let mut count = 0.0;
                     for (sample, at) in samples.iter().enumerate() {

@@ -17,6 +17,7 @@
 
 mod count;
 mod model;
+mod net;
 mod options;
 mod project;
 
@@ -32,6 +33,7 @@ use crate::simd::multiversion;
 use crate::visibility::Frame;
 use count::{count_patches, count_sources, write};
 use model::{Model, RowBuffers};
+pub use net::{Item, Net};
 pub use options::{Draw, HemicubeError, HemicubeOptions};
 use project::{project_patches, project_sources};
 
@@ -60,6 +62,19 @@ impl<'a> Hemicube<'a> {
         buffers.tally.resize(self.model.patches.len() + 2);
         make_row(&self.model, self.draw, id, &mut buffers, row);
         self.locked().push(buffers);
+    }
+
+    /// What the hemicube of a patch sees, laid flat. The engine must draw patches
+    /// ([`Draw::Patches`]); another's pixels hold source triangles, and yield `None`.
+    #[must_use]
+    pub fn net(&self, id: PatchId) -> Option<Net> {
+        if self.draw != Draw::Patches {
+            return None;
+        }
+        let mut buffers = RowBuffers::default();
+        buffers.tally.resize(self.model.patches.len() + 2);
+        make_row(&self.model, self.draw, id, &mut buffers, &mut Row::default());
+        Some(net::net(&self.model, &buffers))
     }
 
     fn locked(&self) -> MutexGuard<'_, Vec<RowBuffers>> {

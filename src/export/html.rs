@@ -10,6 +10,7 @@
 //! | `mesh/atlas` | 3 f × 2 | where they lie in the atlas, 0..65535 |
 //! | `mesh/uv`, `mesh/tint` | 3 f × 2, 3 f × 3 | texture coordinates, colours of vertices, if any |
 //! | `mesh/outlines` | 2 e × 3 | edges of patches, 0..65535 in the model's box |
+//! | `light/patches` | texels | the patch of each, and 1; 0 for none; in pages that are served |
 //! | `light/K_low`, `light/K_high` | 3 × texels | light of source K in logarithms (`layers.rs`) |
 
 mod layers;
@@ -49,18 +50,42 @@ pub fn write_html(
     progress: &dyn Progress,
 ) -> Result<(), ExportError> {
     let encode = |message: String| ExportError::Encode { path: path.to_path_buf(), message };
-    let mut data = Cursor::new(Vec::new());
-    write_data(&mut data, scene, store, layers, view, progress)
-        .map_err(|e| encode(e.to_string()))?;
+    let data = page_data(scene, store, layers, view, progress);
+    let data = data.map_err(|e| encode(e.to_string()))?;
     // What is put in last is largest, and nothing is looked for in it.
     let (before, after) = PAGE.split_once("{{data}}").unwrap_or((PAGE, ""));
     let title = escaped(&scene.name);
     let page = [
-        &before.replace("{{title}}", &title),
-        &STANDARD.encode(data.into_inner()),
+        &before.replace("{{title}}", &title).replace("{{own}}", ""),
+        &STANDARD.encode(data),
         &after.replace("{{script}}", SCRIPT),
     ];
     write_whole(path, page.map(|s| s.as_str()).concat().as_bytes())
+}
+
+/// A page without data, for a program that serves it: the page asks it for `state` and `data`.
+#[must_use]
+pub fn live_page(title: &str) -> String {
+    PAGE.replace("{{title}}", &escaped(title))
+        .replace("{{own}}", "'self'")
+        .replace("{{data}}", "")
+        .replace("{{script}}", SCRIPT)
+}
+
+/// The data of a page: a zip archive.
+///
+/// # Errors
+/// If the solutions are of another scene, or the caller cancelled.
+pub fn page_data(
+    scene: &Scene,
+    store: &Store,
+    layers: &Layers,
+    view: &PageView,
+    progress: &dyn Progress,
+) -> io::Result<Vec<u8>> {
+    let mut data = Cursor::new(Vec::new());
+    write_data(&mut data, scene, store, layers, view, progress)?;
+    Ok(data.into_inner())
 }
 
 /// Writes the archive of a page.
@@ -78,6 +103,12 @@ fn write_data(
     let mut peaks = Vec::new();
     for (k, light) in layers.irradiance.iter().enumerate() {
         peaks.push(layers::write(&mut members, &format!("light/{k}"), layers.size(), light)?);
+    }
+    if view.names_patches {
+        let [width, height] = layers.size();
+        let numbers = layers.patches(&store.patches);
+        let numbers = numbers.into_iter().map(|p| p.map_or(0, |p| p.0 + 1));
+        members.array("light/patches", &[height, width], Packing::Smallest, numbers)?;
     }
     for (i, texture) in scene.optics.textures.iter().enumerate() {
         members.bytes(&manifest::texture_file(i), Packing::Plain, &texture.encoded)?;

@@ -9,10 +9,18 @@ use crate::tone::srgb;
 
 /// Writes a picture of linear display light (0..1) as sRGB PNG.
 pub fn write_png(path: &Path, picture: &Picture) -> Result<(), ExportError> {
-    let bytes: Vec<u8> = picture.pixels.iter().flatten().map(|&c| srgb(c)).collect();
-    let encoded = encode_png([picture.width, picture.height], &bytes)
-        .map_err(|e| ExportError::Encode { path: path.to_path_buf(), message: e.to_string() })?;
+    let encoded = encode_picture(picture)
+        .map_err(|message| ExportError::Encode { path: path.to_path_buf(), message })?;
     write_whole(path, &encoded)
+}
+
+/// The bytes of a file with a picture of linear display light (0..1) as sRGB PNG.
+///
+/// # Errors
+/// If the picture has no pixels, or more than the format can say.
+pub fn encode_picture(picture: &Picture) -> Result<Vec<u8>, String> {
+    let bytes: Vec<u8> = picture.pixels.iter().flatten().map(|&c| srgb(c)).collect();
+    encode_png([picture.width, picture.height], &bytes).map_err(|e| e.to_string())
 }
 
 /// Rows of pixels of three bytes each, encoded.

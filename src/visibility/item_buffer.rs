@@ -184,7 +184,7 @@ pub(crate) fn turn<const F: usize>(v: Vec3) -> [f32; 3] {
 }
 
 /// The vector of the frame that [`turn`] turns into `v`.
-fn back<const F: usize>([x, y, z]: [f32; 3]) -> Vec3 {
+pub(crate) fn back<const F: usize>([x, y, z]: [f32; 3]) -> Vec3 {
     match F {
         0 => Vec3::new(x, y, z),
         1 => Vec3::new(z, x, y),

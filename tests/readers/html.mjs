@@ -41,12 +41,13 @@ async function open(browser, size) {
 async function picture(page) {
   const encoded = (await readFile(join(folder, 'room.png'))).toString('base64');
   const differences = await page.evaluate(async (png) => {
-    const { canvas, draw, resize } = window.hemicube;
+    const { app, resize } = window.hemicube;
+    const { canvas } = app;
     const image = new Image();
     image.src = `data:image/png;base64,${png}`;
     await image.decode();
     resize(image.width, image.height);
-    draw();
+    app.draw();
     const pixels = [canvas, image].map((source) => {
       const context = new OffscreenCanvas(image.width, image.height).getContext('2d');
       context.drawImage(source, 0, 0, image.width, image.height);
@@ -67,7 +68,10 @@ async function picture(page) {
 // Irradiance read in the page beside that of `probe`, at points spread over the model.
 async function readings(page) {
   const found = await page.evaluate(async (count) => {
-    const { archive, manifest, origin, read, stand } = window.hemicube;
+    const { app, stand } = window.hemicube;
+    const { archive, manifest } = app;
+    const { origin } = manifest;
+    const read = (x, y) => app.read(x, y);
     const position = await archive.array('mesh/position');
     const place = (k) => [position[3 * k], position[3 * k + 1], position[3 * k + 2]];
     const minus = (a, b) => a.map((x, i) => x - b[i]);
@@ -113,14 +117,14 @@ async function readings(page) {
 // Light is linear in each slider.
 async function sliders(page) {
   const lamps = page.locator('#panel input[type=range]');
-  const names = await page.evaluate(() => window.hemicube.manifest.sources.map(({ name }) => name));
+  const names = await page.evaluate(() => window.hemicube.app.manifest.sources.map(({ name }) => name));
   const light = (lamp, value) => page.evaluate(([k, percentage]) => {
     const input = document.querySelectorAll('#panel input[type=range]')[k];
     input.value = percentage;
     input.dispatchEvent(new Event('input', { bubbles: true }));
-    window.hemicube.draw();
+    window.hemicube.app.draw();
     const places = Array.from({ length: 64 }, (_, i) => [(i % 8 + 0.5) / 8, (Math.floor(i / 8) + 0.5) / 8]);
-    return places.map(([x, y]) => window.hemicube.read(x, y)?.irradiance ?? [0, 0, 0]).flat();
+    return places.map(([x, y]) => window.hemicube.app.read(x, y)?.irradiance ?? [0, 0, 0]).flat();
   }, [lamp, value]);
   for (let k = 0; k < names.length; k += 1) {
     const [off, half, full] = [await light(k, 0), await light(k, 50), await light(k, 100)];
@@ -164,12 +168,12 @@ async function keyboard(page) {
   await exposure.focus();
   await page.keyboard.press('ArrowRight');
   expect(await exposure.inputValue() === '0.1', 'arrow keys move a slider');
-  const eye = () => page.evaluate(() => window.hemicube.camera.matrixWorld.elements.join());
+  const eye = () => page.evaluate(() => window.hemicube.app.camera.matrixWorld.elements.join());
   for (const key of ['ArrowLeft', 'ArrowUp', '+', 'w', 'd', 'e']) {
     const before = await eye();
     await page.locator('canvas').focus();
     await page.keyboard.press(key);
-    await page.evaluate(() => window.hemicube.draw());
+    await page.evaluate(() => window.hemicube.app.draw());
     expect(await eye() !== before, `${key} moves the camera`);
   }
   await page.keyboard.press('Enter');

@@ -116,6 +116,12 @@ export class Layers {
     return new Layers(manifest, data, unit);
   }
 
+  dispose(): void {
+    (this.uniforms.layers.value as DataArrayTexture).dispose();
+    this.sum.dispose();
+    this.others?.target.dispose();
+  }
+
   // Adds up the layers, as strong as sources now are.
   mix(renderer: WebGLRenderer, weights: Triple[]): void {
     const now = this.manifest.sources.map(({ peak }, k) => new Vector3(...weights[k]).multiplyScalar(peak / SCALE / this.unit));

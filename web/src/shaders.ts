@@ -10,7 +10,11 @@ const VIRIDIS = [
 // The map as a background of CSS, from left to right.
 export const LEGEND = `linear-gradient(to right, ${VIRIDIS.map((c) => `rgb(${c.join(' ')})`).join(', ')})`;
 
-export enum Mode { Picture, FalseColour, Measure }
+// Name: the number of a triangle, its low 16 bits in red. Heat: a value for each patch.
+export enum Mode { Picture, FalseColour, Measure, Name, Heat }
+
+// Octaves below the largest value that have colours.
+const HEAT_OCTAVES = 12;
 
 const TONE = `
 vec3 agx(vec3 c) {
@@ -60,8 +64,10 @@ in vec3 tint;
 out vec3 tinted;
 #endif
 out vec2 texel;
+flat out int facet;
 void main() {
   texel = vec2(atlas);
+  facet = gl_VertexID / 3;
 #ifdef TEXTURED
   place = uv;
 #endif
@@ -94,6 +100,11 @@ in vec2 place;
 in vec3 tinted;
 #endif
 in vec2 texel;
+flat in int facet;
+#ifdef MAPPED
+uniform highp usampler2D patches;
+uniform sampler2D values;
+#endif
 out vec4 shown;
 ${TONE}
 const vec3 VIRIDIS[${VIRIDIS.length}] = vec3[](
@@ -105,6 +116,20 @@ void main() {
     shown = vec4(irradiance, float(number + 1));
     return;
   }
+  if (mode == ${Mode.Name}) {
+    shown = vec4(float(facet & 65535), float(facet >> 16), 0.0, 1.0);
+    return;
+  }
+#ifdef MAPPED
+  if (mode == ${Mode.Heat}) {
+    int patchNumber = int(texelFetch(patches, ivec2(texel * vec2(textureSize(patches, 0))), 0).r) - 1;
+    float value = patchNumber < 0 ? 0.0 : texelFetch(values, ivec2(patchNumber % 1024, patchNumber / 1024), 0).r;
+    float t = clamp(1.0 + log2(max(value, 1e-9)) / ${HEAT_OCTAVES.toFixed(1)}, 0.0, 1.0) * ${(VIRIDIS.length - 1).toFixed(1)};
+    int k = min(int(t), ${VIRIDIS.length - 2});
+    shown = vec4(value > 0.0 ? mix(VIRIDIS[k], VIRIDIS[k + 1], t - float(k)) : vec3(0.08), 1.0);
+    return;
+  }
+#endif
   bool glows = emission != vec3(0.0);
   if (mode == ${Mode.FalseColour}) {
     float t = clamp(dot(irradiance, LUMINANCE) / range, 0.0, 1.0) * ${(VIRIDIS.length - 1).toFixed(1)};
@@ -136,8 +161,8 @@ uniform float exposure;
 flat out vec4 colour;
 ${TONE}
 void main() {
-  if (mode == ${Mode.Measure}) colour = vec4(0.0);
-  else if (mode == ${Mode.FalseColour}) colour = vec4(vec3(0.19), 1.0);
+  if (mode == ${Mode.Measure} || mode == ${Mode.Name}) colour = vec4(0.0);
+  else if (mode != ${Mode.Picture}) colour = vec4(vec3(0.08), 1.0);
   else colour = vec4(srgb(toned(emission * exposure)), 1.0);
   gl_Position = vec4(position.xy, 1.0, 1.0);
 }

@@ -1,8 +1,9 @@
 // The model: its surfaces by material, and the outlines of its patches.
 import {
-  BufferAttribute, BufferGeometry, ClampToEdgeWrapping, DataTexture, FrontSide, GLSL3, LineBasicMaterial, LineSegments,
-  LinearFilter, LinearMipmapLinearFilter, Mesh, MirroredRepeatWrapping, PlaneGeometry, RawShaderMaterial, RepeatWrapping,
-  Scene, SRGBColorSpace, Texture, Vector3, type IUniform,
+  BufferAttribute, BufferGeometry, ClampToEdgeWrapping, DataTexture, FloatType, FrontSide, GLSL3, LineBasicMaterial,
+  LineSegments, LinearFilter, LinearMipmapLinearFilter, Mesh, MirroredRepeatWrapping, PlaneGeometry, RawShaderMaterial,
+  RedFormat, RedIntegerFormat, RepeatWrapping, Scene, SRGBColorSpace, Texture, UnsignedIntType, Vector3, type IUniform,
+  type PerspectiveCamera,
 } from 'three';
 import type { Archive } from './archive';
 import type { Manifest, Texture as TextureHead, Triple, Wrap } from './page';
@@ -19,18 +20,21 @@ export class Surfaces {
   // What all materials share.
   readonly shared: Record<string, IUniform>;
   private lit: { uniforms: Record<string, IUniform>; source: number | null; emission: Triple }[] = [];
+  private geometry = new BufferGeometry();
   private outlines?: LineSegments;
 
   private constructor(private archive: Archive, private manifest: Manifest, light: Texture, unit: number) {
     this.shared = {
       light: { value: light }, unit: { value: unit }, mode: { value: Mode.Picture }, tone: { value: TONES[manifest.tone] },
       exposure: { value: 2 ** manifest.exposure }, range: { value: manifest.range }, most: { value: manifest.mostReflectance },
+      patches: { value: null }, values: { value: null },
     };
   }
 
   static async read(archive: Archive, manifest: Manifest, light: Texture, unit: number): Promise<Surfaces> {
     const all = new Surfaces(archive, manifest, light, unit);
-    const geometry = new BufferGeometry();
+    const { geometry } = all;
+    const mapped = archive.has('light/patches.npy');
     const tinted = archive.has('mesh/tint.npy');
     geometry.setAttribute('position', new BufferAttribute(await archive.array<Float32Array>('mesh/position'), 3));
     geometry.setAttribute('atlas', new BufferAttribute(await archive.array<Uint16Array>('mesh/atlas'), 2, true));
@@ -52,7 +56,7 @@ export class Surfaces {
       geometry.addGroup(head.first, head.count, number);
       return new RawShaderMaterial({
         glslVersion: GLSL3, vertexShader: VERTEX, fragmentShader: FRAGMENT, uniforms, side: FrontSide,
-        defines: { ...(textured && { TEXTURED: '' }), ...(tinted && { TINTED: '' }) },
+        defines: { ...(textured && { TEXTURED: '' }), ...(tinted && { TINTED: '' }), ...(mapped && { MAPPED: '' }) },
         polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1,
       });
     });
@@ -60,6 +64,14 @@ export class Surfaces {
     mesh.frustumCulled = false;
     all.scene.add(mesh);
     all.addSky();
+    if (mapped) {
+      const { width, height } = manifest.atlas;
+      const numbers = await archive.array<Uint32Array>('light/patches');
+      const patches = new DataTexture(numbers as Uint32Array<ArrayBuffer>, width, height, RedIntegerFormat, UnsignedIntType);
+      patches.internalFormat = 'R32UI';
+      patches.needsUpdate = true;
+      all.shared.patches.value = patches;
+    }
     return all;
   }
 
@@ -86,11 +98,42 @@ export class Surfaces {
     if (this.outlines) this.outlines.visible = shown;
   }
 
-  // Calls `draw` with surfaces alone.
-  measuring<T>(draw: () => T): T {
+  // Shows values of patches in the mode for them, as shares of the largest.
+  heat(values: Float32Array): void {
+    const width = 1024;
+    const padded = new Float32Array(width * Math.ceil(values.length / width));
+    padded.set(values);
+    (this.shared.values.value as DataTexture | null)?.dispose();
+    const texture = new DataTexture(padded, width, padded.length / width, RedFormat, FloatType);
+    texture.needsUpdate = true;
+    this.shared.values.value = texture;
+  }
+
+  // Where the ray through a place of the picture (-1..1) meets the plane of a facet.
+  meet(camera: PerspectiveCamera, [x, y]: [number, number], facet: number, origin: Triple): Triple {
+    const corner = (k: number) => new Vector3().fromBufferAttribute(this.geometry.getAttribute('position'), 3 * facet + k);
+    const [a, b, c] = [corner(0), corner(1), corner(2)];
+    const normal = b.clone().sub(a).cross(c.sub(a));
+    const eye = camera.position.clone();
+    const ray = new Vector3(x, y, 0.5).unproject(camera).sub(eye);
+    const at = eye.addScaledVector(ray, normal.dot(a.clone().sub(eye)) / normal.dot(ray));
+    return at.add(new Vector3(...origin)).toArray();
+  }
+
+  dispose(): void {
+    this.geometry.dispose();
+    for (const name of ['patches', 'values']) (this.shared[name].value as Texture | null)?.dispose();
+    this.scene.traverse((object) => {
+      const { material } = object as Partial<Mesh>;
+      [material ?? []].flat().forEach((one) => one.dispose());
+    });
+  }
+
+  // Calls `draw` with surfaces alone, in a mode.
+  drawn<T>(which: Mode, draw: () => T): T {
     const { mode } = this.shared;
     const before = [mode.value as Mode, this.outlines?.visible ?? false] as const;
-    mode.value = Mode.Measure;
+    mode.value = which;
     if (this.outlines) this.outlines.visible = false;
     try {
       return draw();

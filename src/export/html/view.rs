@@ -16,4 +16,6 @@ pub struct PageView {
     pub unit: String,
     /// How well irradiance is known on 80 % of the surface, as a share of it, where that is known.
     pub error: Option<f64>,
+    /// Whether texels say of which patch they are, so that the page can show values of patches.
+    pub names_patches: bool,
 }

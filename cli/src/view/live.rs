@@ -1,0 +1,173 @@
+//! What the page may ask of work that is under way, and of its result.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use glam::DVec3;
+use hemicube::bake::Facet;
+use hemicube::engines::{Draw, Hemicube, HemicubeOptions, Item};
+use hemicube::export::encode_picture;
+use hemicube::form_factors::FormFactors;
+use hemicube::patches::{PatchId, SurfacePoint};
+use hemicube::progress::{Cancelled, Progress};
+use hemicube::render::Picture;
+use hemicube::scene::{Scene, luminance};
+use hemicube::solution::Solution;
+use serde_json::{Value, json};
+
+use crate::terminal::Bar;
+
+/// A scene that is lit, and all that is told of its patches.
+pub struct Lit {
+    pub scene: Scene,
+    pub solution: Solution,
+    pub factors: FormFactors,
+    /// The triangles of the page, by number.
+    pub facets: Vec<Facet>,
+}
+
+/// How work stands, and what there is to show of it.
+#[derive(Default)]
+pub struct Live {
+    state: Mutex<State>,
+}
+
+#[derive(Default)]
+struct State {
+    stage: String,
+    total: u64,
+    advanced: u64,
+    version: u64,
+    data: Arc<Vec<u8>>,
+    lit: Option<Arc<Lit>>,
+    done: bool,
+    failure: Option<String>,
+}
+
+impl Live {
+    fn with<T>(&self, change: impl FnOnce(&mut State) -> T) -> T {
+        change(&mut self.state.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    /// Shows something new.
+    pub fn show(&self, data: Vec<u8>, lit: Lit) {
+        self.with(|s| {
+            s.version += 1;
+            s.data = Arc::new(data);
+            s.lit = Some(Arc::new(lit));
+        });
+    }
+
+    /// Whether anything is shown yet.
+    pub fn is_shown(&self) -> bool {
+        self.with(|s| s.version > 0)
+    }
+
+    /// Says that nothing new will come.
+    pub fn finish(&self, failure: Option<String>) {
+        self.with(|s| (s.done, s.failure) = (true, failure));
+    }
+
+    /// How work stands.
+    pub fn state(&self) -> Value {
+        self.with(|s| {
+            let share = (s.total > 0).then(|| s.advanced as f64 / s.total as f64);
+            json!({
+                "stage": s.stage, "share": share.map(|s| s.min(1.0)), "version": s.version,
+                "done": s.done, "failure": s.failure,
+            })
+        })
+    }
+
+    /// The archive that is shown.
+    pub fn data(&self) -> Arc<Vec<u8>> {
+        self.with(|s| Arc::clone(&s.data))
+    }
+
+    /// What is known of the light that is shown.
+    pub fn lit(&self) -> Option<Arc<Lit>> {
+        self.with(|s| s.lit.clone())
+    }
+}
+
+/// Tells a terminal and a page how far work is.
+pub struct Told<'a> {
+    pub bar: &'a Bar,
+    pub live: &'a Live,
+}
+
+impl Progress for Told<'_> {
+    fn stage(&self, name: &str, total: u64) {
+        self.live.with(|s| (s.stage, s.total, s.advanced) = (name.to_owned(), total, 0));
+        self.bar.stage(name, total);
+    }
+
+    fn advance(&self, n: u64) -> Result<(), Cancelled> {
+        self.live.with(|s| s.advanced += n);
+        self.bar.advance(n)
+    }
+
+    fn warn(&self, message: &str) {
+        self.bar.warn(message);
+    }
+}
+
+impl Lit {
+    /// The row of form factors of the patch at a point (m) of a facet.
+    pub fn row(&self, facet: usize, at: DVec3) -> Option<Value> {
+        let facet = self.facets.get(facet)?;
+        let g = &self.scene.geometry;
+        let [a, b, c] = g.corners(facet.triangle);
+        let (u, v, d) = (b - a, c - a, at - a);
+        let normal = u.cross(v);
+        let square = normal.length_squared();
+        let x = d.cross(v).dot(normal) / square;
+        let y = u.cross(d).dot(normal) / square;
+        if !(x.is_finite() && y.is_finite()) {
+            return None;
+        }
+        // Rounding may have led beyond an edge.
+        let (x, y) = (x.clamp(0.0, 1.0), y.clamp(0.0, 1.0));
+        let uv = glam::DVec2::new(x, y) / (x + y).max(1.0);
+        let point = SurfacePoint { triangle: facet.triangle, side: facet.side, uv };
+        let patches = &self.solution.patches;
+        let id = patches.at(point)?;
+        let row = self.factors.row(id);
+        let (columns, factors): (Vec<u32>, Vec<f64>) =
+            row.iter().flat_map(|r| r.entries()).map(|(j, f)| (j.0, f)).unzip();
+        let surface = &g.surfaces[g.surface_of[facet.triangle.index()] as usize];
+        Some(json!({
+            "patch": id.0,
+            "patches": patches.len(),
+            "surface": surface.name,
+            "area": patches.area(id),
+            "illuminance": luminance(self.solution.irradiance[id.index()]),
+            "sum": factors.iter().sum::<f64>(),
+            "environment": self.factors.account(id).environment,
+            "columns": columns,
+            "factors": factors,
+        }))
+    }
+
+    /// The hemicube of a patch as a PNG, each pixel in the colour of the patch that is seen there.
+    pub fn hemicube(&self, patch: u32) -> Option<Vec<u8>> {
+        let patches = &self.solution.patches;
+        if patch as usize >= patches.len() {
+            return None;
+        }
+        let options = HemicubeOptions { draw: Draw::Patches, ..HemicubeOptions::default() };
+        let engine = Hemicube::new(&self.scene.geometry, patches, options).ok()?;
+        let net = engine.net(PatchId(patch))?;
+        let colour = |pixel: &Option<Item>| match pixel {
+            None => [0.01; 3],
+            Some(Item::Environment) => [0.0; 3],
+            Some(Item::Back) => [0.05; 3],
+            Some(Item::Patch(id)) => {
+                // Neighbours get colours far apart.
+                let hash = id.0.wrapping_mul(0x9e37_79b9).rotate_left(15).wrapping_mul(0x85eb_ca6b);
+                [0, 8, 16].map(|k| 0.08 + 0.8 * ((hash >> k & 255) as f32 / 255.0).powi(2))
+            }
+        };
+        let pixels = net.pixels.iter().map(colour).collect();
+        encode_picture(&Picture { width: net.size, height: net.size, pixels }).ok()
+    }
+}

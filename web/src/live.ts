@@ -1,0 +1,113 @@
+// What a page asks of the program that serves it: how far the work is, light as it gets better, and
+// what a patch sees.
+import { fail, type App } from './app';
+import { Archive } from './archive';
+import { byId } from './dom';
+import { significant } from './panel';
+
+// How the work stands; `version` counts what there is to show.
+interface State { stage: string; share: number | null; version: number; done: boolean; failure: string | null }
+
+// A patch and its row of form factors.
+export interface Row {
+  patch: number; surface: string; area: number; illuminance: number; sum: number; environment: number;
+  columns: number[]; factors: number[]; patches: number;
+}
+
+// Milliseconds between two questions while there is work.
+const WAIT = 150;
+
+export class Live {
+  row: Row | null = null;
+  private version = 0;
+  private picture?: HTMLImageElement;
+
+  constructor(private app: App) {
+    byId('work').hidden = false;
+  }
+
+  // Waits for the first light, and goes on to listen.
+  async start(): Promise<void> {
+    while (this.version === 0) await this.look();
+    this.build();
+    const listen = async () => {
+      while (!await this.look()) { /* goes on */ }
+    };
+    listen().catch(fail);
+  }
+
+  // Asks how the work stands and shows what is new; whether it is done.
+  private async look(): Promise<boolean> {
+    const state = await (await ask('state')).json() as State;
+    const share = state.share === null ? '' : ` ${Math.floor(100 * state.share)} %`;
+    byId('work').textContent = state.failure ?? `${state.stage}${share}`;
+    byId('work').hidden = state.done && state.failure === null;
+    if (state.failure !== null) throw new Error(state.failure);
+    if (state.version > this.version) {
+      const bytes = new Uint8Array(await (await ask(`data?version=${state.version}`)).arrayBuffer());
+      await this.app.show(new Archive(bytes));
+      this.version = state.version;
+    }
+    if (!state.done) await new Promise((resolve) => { setTimeout(resolve, WAIT); });
+    return state.done && state.version === this.version;
+  }
+
+  private build(): void {
+    const { app } = this;
+    app.panel.heading('Form factors');
+    app.panel.note('Click a place, or press F for the middle: what its patch sees. Escape shows the picture again.');
+    this.picture = app.panel.image('The hemicube of the patch: five faces, each pixel in the colour of the patch that is seen there');
+    this.picture.hidden = true;
+    let pressed: [number, number] | null = null;
+    app.canvas.addEventListener('pointerdown', ({ clientX, clientY }) => {
+      pressed = [clientX, clientY];
+    });
+    app.canvas.addEventListener('pointerup', ({ clientX, clientY }) => {
+      if (!pressed || Math.hypot(clientX - pressed[0], clientY - pressed[1]) > 4) return;
+      const box = app.canvas.getBoundingClientRect();
+      this.lookAt((clientX - box.left) / box.width, (clientY - box.top) / box.height).catch(fail);
+    });
+    app.canvas.addEventListener('keydown', ({ key }) => {
+      if (key === 'f') this.lookAt(0.5, 0.5).catch(fail);
+      if (key === 'Escape') this.close();
+    });
+  }
+
+  // Shows what the patch at a place of the picture sees.
+  async lookAt(x: number, y: number): Promise<void> {
+    const { app } = this;
+    const reading = app.read(x, y);
+    if (!reading) {
+      this.close();
+      return;
+    }
+    const place = await app.place(x, y, reading.facet);
+    const row = await (await ask(`row?facet=${reading.facet}&at=${place.join(',')}`)).json() as Row;
+    this.row = row;
+    const values = new Float32Array(row.patches);
+    const most = Math.max(...row.factors, Number.MIN_VALUE);
+    row.columns.forEach((j, k) => {
+      values[j] = row.factors[k] / most;
+    });
+    app.heat(values);
+    const image = this.picture!;
+    image.src = `hemicube?patch=${row.patch}`;
+    image.hidden = false;
+    byId('spoken').textContent = `Patch ${row.patch} of ${row.surface}, ${significant(row.area)} m²: `
+      + `${significant(row.illuminance)} ${app.manifest.unit.illuminance}; it sees ${row.columns.length} patches, `
+      + `${significant(100 * row.sum)} % of its view; the largest form factor is ${significant(most)}.`;
+  }
+
+  private close(): void {
+    this.row = null;
+    this.app.heat(null);
+    byId('spoken').textContent = '';
+    if (this.picture) this.picture.hidden = true;
+  }
+}
+
+async function ask(what: string): Promise<Response> {
+  const response = await fetch(what);
+  if (!response.ok) throw new Error(`the program answers ${response.status} to ${what}`);
+  return response;
+}
