@@ -101,10 +101,11 @@ fn show(
     told: &Told<'_>,
 ) -> Result<(), Failure> {
     let look = &args.look;
-    let (store, factors) = solutions::store(&scene, &look.input, light, &[], told)?;
+    let (store, _) = solutions::store(&scene, &look.input, light, &[], told)?;
     let path: &Path = &look.input.model.scene;
     let solution = store.mix(&scene).map_err(|e| solutions::mix_failure(path, &e))?;
     let gather: GatherOptions = gathering(look);
+    let uncertainty;
     {
         let field = solution.field_heard(&scene, told).map_err(Failure::failed)?;
         let bvh = Bvh::new(&scene.geometry);
@@ -114,8 +115,8 @@ fn show(
         if !told.live.is_shown() {
             view.exposure = stops_of(&renderer, &view.cameras[0], look, made_for)?;
         }
-        let error = Uncertainty::of(&scene.geometry, &solution, &field).report(&solution).total;
-        view.error = Some(error).filter(|e| e.is_finite());
+        uncertainty = Uncertainty::of(&scene.geometry, &solution, &field);
+        view.error = Some(uncertainty.report(&solution).total).filter(|e| e.is_finite());
     }
     let mut options = BakeOptions { texel: args.texel, memory: memory(light) };
     if first {
@@ -128,7 +129,7 @@ fn show(
     if !first && !look.light.run.quiet {
         say_patches(&scene, &store.report(&scene), light);
     }
-    told.live.show(data, Lit { scene, solution, factors, facets: layers.facets() });
+    told.live.show(data, Lit { scene, solution, uncertainty, facets: layers.facets() });
     Ok(())
 }
 

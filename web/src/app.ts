@@ -36,7 +36,10 @@ export class App {
   private pixels = [0, 1].map(() => new WebGLRenderTarget(1, 1, { type: FloatType }));
   private exposure!: Slider;
   private range!: Slider;
+  private outlines!: HTMLInputElement;
+  private known!: HTMLElement;
   private mode = Mode.Picture;
+  private heated = false;
 
   constructor() {
     this.renderer = new WebGLRenderer({ canvas: this.canvas, antialias: true });
@@ -63,6 +66,7 @@ export class App {
     const surfaces = await Surfaces.read(archive, manifest, layers.sum.texture, layers.unit);
     const before = this.shown as Shown | undefined;
     this.shown = { archive, manifest, layers, surfaces };
+    this.heated = false;
     if (before) {
       before.layers.dispose();
       before.surfaces.dispose();
@@ -70,6 +74,9 @@ export class App {
     } else {
       this.build();
     }
+    this.known.textContent = manifest.error === null ? ''
+      : `Irradiance is known to ${significant(100 * manifest.error)} % on 80 % of the surface.`;
+    if (this.outlines.checked) await surfaces.outline(true);
     this.draw();
   }
 
@@ -136,8 +143,8 @@ export class App {
   // Shows a value for each patch, as shares of the largest; none: the picture again.
   heat(values: Float32Array | null): void {
     if (values) this.shown.surfaces.heat(values);
-    this.shown.surfaces.shared.mode.value = values ? Mode.Heat : this.mode;
-    this.ask('picture');
+    this.heated = values !== null;
+    this.settle();
   }
 
   private build(): void {
@@ -162,7 +169,7 @@ export class App {
       low: -4, high: 4, step: 0.1, value: 0, text: (octaves) => `${significant(manifest.range * 2 ** octaves)} ${illuminance}`,
       changed: () => this.settle(),
     });
-    const outlines = panel.check(`Patches (${manifest.patches.toLocaleString('en')})`, (on) => {
+    const outlines = this.outlines = panel.check(`Patches (${manifest.patches.toLocaleString('en')})`, (on) => {
       this.shown.surfaces.outline(on).then(() => this.ask('picture'), fail);
     });
     panel.heading('View');
@@ -186,7 +193,7 @@ export class App {
     panel.button('As it was', begin);
     panel.note('Drag to turn, wheel or pinch to go nearer, shift and drag to move. Keys on the picture: arrows turn, + and - go '
       + 'nearer and away, W A S D walk, Q and E go down and up, Enter reads the middle.', 'keys');
-    if (manifest.error !== null) panel.note(`Irradiance is known to ${significant(100 * manifest.error)} % on 80 % of the surface.`);
+    this.known = panel.note('');
     this.listen();
     begin();
   }
@@ -196,7 +203,7 @@ export class App {
     const { surfaces: { shared }, manifest } = this.shown;
     shared.exposure.value = 2 ** (manifest.exposure + this.exposure.value());
     shared.range.value = manifest.range * 2 ** this.range.value();
-    shared.mode.value = this.mode;
+    shared.mode.value = this.heated ? Mode.Heat : this.mode;
     this.showLegend();
     this.ask('light');
   }
@@ -204,7 +211,7 @@ export class App {
   private showLegend(): void {
     const { surfaces: { shared }, manifest: { unit } } = this.shown;
     const legend = byId('legend');
-    legend.hidden = this.mode !== Mode.FalseColour;
+    legend.hidden = this.heated || this.mode !== Mode.FalseColour;
     const [bar, scale] = legend.children as unknown as [HTMLElement, HTMLElement];
     bar.style.background = LEGEND;
     const most = shared.range.value as number;

@@ -4,23 +4,26 @@ import { fail, type App } from './app';
 import { Archive } from './archive';
 import { byId } from './dom';
 import { significant } from './panel';
+import { HEAT_OCTAVES, LEGEND } from './shaders';
 
 // How the work stands; `version` counts what there is to show.
 interface State { stage: string; share: number | null; version: number; done: boolean; failure: string | null }
 
 // A patch and its row of form factors.
 export interface Row {
-  patch: number; surface: string; area: number; illuminance: number; sum: number; environment: number;
+  patch: number; surface: string; area: number; illuminance: number; error: number; sum: number; environment: number;
   columns: number[]; factors: number[]; patches: number;
 }
 
 // Milliseconds between two questions while there is work.
 const WAIT = 150;
 
+// The value that marks the patch itself.
+const SELF = -1;
+
 export class Live {
   row: Row | null = null;
   private version = 0;
-  private picture?: HTMLImageElement;
 
   constructor(private app: App) {
     byId('work').hidden = false;
@@ -56,8 +59,6 @@ export class Live {
     const { app } = this;
     app.panel.heading('Form factors');
     app.panel.note('Click a place, or press F for the middle: what its patch sees. Escape shows the picture again.');
-    this.picture = app.panel.image('The hemicube of the patch: five faces, each pixel in the colour of the patch that is seen there');
-    this.picture.hidden = true;
     let pressed: [number, number] | null = null;
     app.canvas.addEventListener('pointerdown', ({ clientX, clientY }) => {
       pressed = [clientX, clientY];
@@ -89,20 +90,29 @@ export class Live {
     row.columns.forEach((j, k) => {
       values[j] = row.factors[k] / most;
     });
+    values[row.patch] = SELF;
     app.heat(values);
-    const image = this.picture!;
-    image.src = `hemicube?patch=${row.patch}`;
-    image.hidden = false;
-    byId('spoken').textContent = `Patch ${row.patch} of ${row.surface}, ${significant(row.area)} m²: `
-      + `${significant(row.illuminance)} ${app.manifest.unit.illuminance}; it sees ${row.columns.length} patches, `
-      + `${significant(100 * row.sum)} % of its view; the largest form factor is ${significant(most)}.`;
+    const seen = byId('seen');
+    const [image, caption, bar, scale] = seen.children as unknown as [HTMLImageElement, HTMLElement, HTMLElement, HTMLElement];
+    image.src = `hemicube?patch=${row.patch}&version=${this.version}`;
+    bar.style.background = LEGEND;
+    scale.replaceChildren(...[2 ** -HEAT_OCTAVES * most, 2 ** (-HEAT_OCTAVES / 2) * most, most].map((value) => {
+      const mark = document.createElement('span');
+      mark.textContent = value.toExponential(1);
+      return mark;
+    }));
+    caption.textContent = `Patch ${row.patch} of ${row.surface}, ${significant(row.area)} m²: `
+      + `${significant(row.illuminance)} ± ${significant(row.error)} ${app.manifest.unit.illuminance}. Form factors to ${row.columns.length} patches, `
+      + `${significant(row.sum)} in all, ${significant(row.environment)} to the surroundings.`;
+    byId('spoken').textContent = caption.textContent;
+    seen.hidden = false;
   }
 
   private close(): void {
     this.row = null;
     this.app.heat(null);
     byId('spoken').textContent = '';
-    if (this.picture) this.picture.hidden = true;
+    byId('seen').hidden = true;
   }
 }
 

@@ -67,12 +67,6 @@ export class Panel {
     return select;
   }
 
-  image(alt: string): HTMLImageElement {
-    const image = element('img', { alt });
-    this.root.append(image);
-    return image;
-  }
-
   button(name: string, pressed: () => void): void {
     const button = element('button', { type: 'button', textContent: name });
     button.addEventListener('click', pressed);

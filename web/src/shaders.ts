@@ -14,7 +14,7 @@ export const LEGEND = `linear-gradient(to right, ${VIRIDIS.map((c) => `rgb(${c.j
 export enum Mode { Picture, FalseColour, Measure, Name, Heat }
 
 // Octaves below the largest value that have colours.
-const HEAT_OCTAVES = 12;
+export const HEAT_OCTAVES = 12;
 
 const TONE = `
 vec3 agx(vec3 c) {
@@ -126,7 +126,7 @@ void main() {
     float value = patchNumber < 0 ? 0.0 : texelFetch(values, ivec2(patchNumber % 1024, patchNumber / 1024), 0).r;
     float t = clamp(1.0 + log2(max(value, 1e-9)) / ${HEAT_OCTAVES.toFixed(1)}, 0.0, 1.0) * ${(VIRIDIS.length - 1).toFixed(1)};
     int k = min(int(t), ${VIRIDIS.length - 2});
-    shown = vec4(value > 0.0 ? mix(VIRIDIS[k], VIRIDIS[k + 1], t - float(k)) : vec3(0.08), 1.0);
+    shown = vec4(value > 0.0 ? mix(VIRIDIS[k], VIRIDIS[k + 1], t - float(k)) : value < 0.0 ? vec3(1.0, 0.35, 0.2) : vec3(0.08), 1.0);
     return;
   }
 #endif

@@ -2,25 +2,29 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use hemicube::bake::Facet;
 use hemicube::engines::{Draw, Hemicube, HemicubeOptions, Item};
 use hemicube::export::encode_picture;
-use hemicube::form_factors::FormFactors;
+use hemicube::form_factors::Row;
 use hemicube::patches::{PatchId, SurfacePoint};
 use hemicube::progress::{Cancelled, Progress};
 use hemicube::render::Picture;
 use hemicube::scene::{Scene, luminance};
 use hemicube::solution::Solution;
+use hemicube::uncertainty::Uncertainty;
 use serde_json::{Value, json};
 
 use crate::terminal::Bar;
+
+/// The hemicubes that are shown: the paper's way of drawing them.
+const HEMICUBE: HemicubeOptions = HemicubeOptions { resolution: 256, draw: Draw::Patches };
 
 /// A scene that is lit, and all that is told of its patches.
 pub struct Lit {
     pub scene: Scene,
     pub solution: Solution,
-    pub factors: FormFactors,
+    pub uncertainty: Uncertainty,
     /// The triangles of the page, by number.
     pub facets: Vec<Facet>,
 }
@@ -127,13 +131,14 @@ impl Lit {
         }
         // Rounding may have led beyond an edge.
         let (x, y) = (x.clamp(0.0, 1.0), y.clamp(0.0, 1.0));
-        let uv = glam::DVec2::new(x, y) / (x + y).max(1.0);
+        let uv = DVec2::new(x, y) / (x + y).max(1.0);
         let point = SurfacePoint { triangle: facet.triangle, side: facet.side, uv };
         let patches = &self.solution.patches;
         let id = patches.at(point)?;
-        let row = self.factors.row(id);
-        let (columns, factors): (Vec<u32>, Vec<f64>) =
-            row.iter().flat_map(|r| r.entries()).map(|(j, f)| (j.0, f)).unzip();
+        // By a hemicube, which sees all; rows of sampled rays have holes.
+        let mut row = Row::default();
+        Hemicube::new(g, patches, HEMICUBE).ok()?.row(id, &mut row);
+        let (columns, factors): (Vec<u32>, Vec<f64>) = row.entries().map(|(j, f)| (j.0, f)).unzip();
         let surface = &g.surfaces[g.surface_of[facet.triangle.index()] as usize];
         Some(json!({
             "patch": id.0,
@@ -142,7 +147,8 @@ impl Lit {
             "area": patches.area(id),
             "illuminance": luminance(self.solution.irradiance[id.index()]),
             "sum": factors.iter().sum::<f64>(),
-            "environment": self.factors.account(id).environment,
+            "error": luminance(self.uncertainty.error(id)),
+            "environment": row.environment,
             "columns": columns,
             "factors": factors,
         }))
@@ -154,8 +160,7 @@ impl Lit {
         if patch as usize >= patches.len() {
             return None;
         }
-        let options = HemicubeOptions { draw: Draw::Patches, ..HemicubeOptions::default() };
-        let engine = Hemicube::new(&self.scene.geometry, patches, options).ok()?;
+        let engine = Hemicube::new(&self.scene.geometry, patches, HEMICUBE).ok()?;
         let net = engine.net(PatchId(patch))?;
         let colour = |pixel: &Option<Item>| match pixel {
             None => [0.01; 3],
