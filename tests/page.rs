@@ -45,7 +45,7 @@ fn solved(scene: &Scene) -> Store {
 }
 
 fn layers(scene: &Scene, store: &Store, options: &BakeOptions) -> Result<Layers, BakeError> {
-    Layers::new(scene, store, options, GatherOptions::of_pictures(0), &Silent)
+    Layers::new(scene, store, options, Some(GatherOptions::of_pictures(0)), &Silent)
 }
 
 #[test]

@@ -64,7 +64,7 @@ pub fn run(args: &Args, output: &Path) -> Result<(), Failure> {
         view.error = Some(error.report(&solution).total).filter(|e| e.is_finite());
     }
     let options = BakeOptions { texel: args.texel, memory: memory(&look.light) };
-    let layers = Layers::new(&scene, &store, &options, gather, &bar).map_err(failure)?;
+    let layers = Layers::new(&scene, &store, &options, Some(gather), &bar).map_err(failure)?;
     write_html(output, &scene, &store, &layers, &view, &bar)
         .map_err(|e: ExportError| Failure::of(e, Failure::failed))?;
     bar.finish();

@@ -32,9 +32,6 @@ use server::{Answer, Request, Server};
 /// Rays a row of the first light.
 const FIRST_SAMPLES: usize = 64;
 
-/// Texels of the first light are so much wider.
-const FIRST_TEXELS: f64 = 4.0;
-
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
     catch_interrupts();
@@ -118,12 +115,9 @@ fn show(
         uncertainty = Uncertainty::of(&scene.geometry, &solution, &field);
         view.error = Some(uncertainty.report(&solution).total).filter(|e| e.is_finite());
     }
-    let mut options = BakeOptions { texel: args.texel, memory: memory(light) };
-    if first {
-        let usual = Layers::usual_texel(&scene, &store);
-        options.texel = Some(FIRST_TEXELS * args.texel.unwrap_or(usual));
-    }
-    let layers = Layers::new(&scene, &store, &options, gather, told).map_err(failure)?;
+    let options = BakeOptions { texel: args.texel, memory: memory(light) };
+    let how = (!first).then_some(gather);
+    let layers = Layers::new(&scene, &store, &options, how, told).map_err(failure)?;
     let data = page_data(&scene, &store, &layers, view, told as &dyn Progress)
         .map_err(|e| Failure::of(e, Failure::failed))?;
     if !first && !look.light.run.quiet {

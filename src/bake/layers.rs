@@ -6,7 +6,7 @@ use super::atlas::{Atlas, BakeError};
 use super::facet::Facet;
 use super::options::BakeOptions;
 use super::sides::Sides;
-use super::texels::light_texels;
+use super::texels::{field_texels, light_texels, middle_of};
 use crate::gather::{GatherOptions, Gatherer};
 use crate::patches::{PatchId, Patches};
 use crate::progress::Progress;
@@ -26,14 +26,9 @@ pub struct Layers {
 }
 
 impl Layers {
-    /// The width of a texel (m) that gives the sides of a scene about 260,000 texels.
-    #[must_use]
-    pub fn usual_texel(scene: &Scene, store: &Store) -> f64 {
-        sides(scene, store).usual_texel(&scene.geometry)
-    }
-
-    /// Gathers the light of each source of a solved scene, alone and as it was solved. Surfaces of
-    /// a stage are left out.
+    /// Light of each source of a solved scene, alone and as it was solved: gathered at each texel,
+    /// or, quickly and roughly, that of patches if `gather` is `None`. Surfaces of a stage are left
+    /// out.
     ///
     /// # Errors
     /// If the solutions are of another scene, the atlas would be too large, nothing exchanges
@@ -42,7 +37,7 @@ impl Layers {
         scene: &Scene,
         store: &Store,
         options: &BakeOptions,
-        gather: GatherOptions,
+        gather: Option<GatherOptions>,
         progress: &dyn Progress,
     ) -> Result<Self, BakeError> {
         let all: Vec<usize> = (0..store.sources.len()).collect();
@@ -54,15 +49,21 @@ impl Layers {
             let alone = store.shining(scene, &[source]);
             let solution = store.mix(&alone)?;
             let field = solution.field_heard(&alone, progress)?;
-            let gatherer = Gatherer::new(&alone, &solution, &field, &bvh, gather);
+            let how = gather.unwrap_or_else(|| GatherOptions::of_pictures(0));
+            let gatherer = Gatherer::new(&alone, &solution, &field, &bvh, how);
             let renderer = Renderer::gathering(&alone, &field, &gatherer);
             let Some(gathered) = renderer.gathered_light() else { break };
             let atlas = match &mut atlas {
                 Some(atlas) => atlas,
                 none => none.insert(Atlas::of(&sides, gathered, options, all.len(), progress)?),
             };
-            let [light, _] = light_texels(atlas, &renderer, |_| [0.0; 3], progress)?;
-            irradiance.push(light);
+            irradiance.push(match gather {
+                Some(_) => {
+                    let [light, _] = light_texels(atlas, &renderer, |_| [0.0; 3], progress)?;
+                    light
+                }
+                None => field_texels(atlas, &field, &scene.geometry),
+            });
         }
         let atlas = atlas.ok_or(BakeError::Nothing)?;
         Ok(Self { atlas, irradiance })
@@ -96,10 +97,7 @@ impl Layers {
             let first = band * BAND;
             let places = self.atlas.places(&(first..first + found.len() / w));
             for (patch, samples) in found.iter_mut().zip(places) {
-                // The middle first.
-                let middle = samples.len() / 2;
-                let order = samples[middle..].iter().chain(&samples[..middle]);
-                *patch = order.flatten().find_map(|p| patches.at(*p));
+                *patch = middle_of(&samples).and_then(|p| patches.at(p));
             }
         });
         let beside = |i: usize| {

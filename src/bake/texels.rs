@@ -4,9 +4,12 @@ use rayon::prelude::*;
 
 use super::atlas::{Atlas, BakeError, Texels};
 use super::fill;
+use crate::patches::SurfacePoint;
 use crate::progress::Progress;
+use crate::reconstruct::Field;
 use crate::render::raster::BAND;
 use crate::render::{Renderer, Sight};
+use crate::scene::Geometry;
 
 /// A value of each texel, row by row from the top.
 type Values = Vec<[f32; 3]>;
@@ -61,4 +64,31 @@ pub(super) fn light_texels(
     fill::fill(atlas, &covered, &mut [&mut irradiance, &mut shown]);
     fill::lend(atlas, g, &covered, &mut [&mut irradiance, &mut shown]);
     Ok([irradiance, shown])
+}
+
+/// The irradiance of each texel (W/m² or lx) as a field over patches has it.
+pub(super) fn field_texels(atlas: &Atlas, field: &Field<'_>, g: &Geometry) -> Values {
+    let [w, h] = atlas.size;
+    let mut irradiance = vec![[0.0_f32; 3]; w * h];
+    let mut covered = vec![false; w * h];
+    let bands = irradiance.par_chunks_mut(w * BAND).zip(covered.par_chunks_mut(w * BAND));
+    bands.enumerate().for_each(|(band, (irradiance, covered))| {
+        let first = band * BAND;
+        let places = atlas.places(&(first..first + irradiance.len() / w));
+        for (cell, samples) in places.iter().enumerate() {
+            if let Some(place) = middle_of(samples) {
+                irradiance[cell] = field.at(place).as_vec3().to_array();
+                covered[cell] = true;
+            }
+        }
+    });
+    fill::fill(atlas, &covered, &mut [&mut irradiance]);
+    fill::lend(atlas, g, &covered, &mut [&mut irradiance]);
+    irradiance
+}
+
+/// The place of the sample in the middle of a texel, or else of any.
+pub(super) fn middle_of(samples: &[Option<SurfacePoint>]) -> Option<SurfacePoint> {
+    let middle = samples.len() / 2;
+    samples[middle].or_else(|| samples.iter().flatten().next().copied())
 }

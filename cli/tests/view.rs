@@ -1,0 +1,169 @@
+//! `hemicube view`: what its server answers, and what it refuses.
+
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+#![cfg(unix)]
+
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::{Shutdown, TcpStream};
+use std::process::{Child, Command, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use hemicube::engines::{Draw, Hemicube, HemicubeOptions};
+use hemicube::form_factors::Row;
+use hemicube::patches::PatchId;
+use hemicube::{LightOptions, Scene, Silent};
+use serde_json::Value;
+
+/// The program while it serves a scene; it ends with the test.
+struct Viewer {
+    child: Child,
+    /// `127.0.0.1:PORT`.
+    host: String,
+    secret: String,
+}
+
+impl Viewer {
+    fn start() -> Self {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_hemicube"))
+            .args(["view", "cornell-box", "--no-open", "--patch-size", "0.5", "--texel", "0.2"])
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        let mut address = String::new();
+        BufReader::new(child.stdout.take().unwrap()).read_line(&mut address).unwrap();
+        let rest = address.trim().strip_prefix("http://").unwrap();
+        let (host, secret) = rest.trim_end_matches('/').split_once('/').unwrap();
+        assert!(host.starts_with("127.0.0.1:"), "{address}");
+        assert!(secret.len() >= 32, "{address}");
+        Self { child, host: host.into(), secret: secret.into() }
+    }
+
+    /// Sends bytes as they are; the status and the body of the answer.
+    fn send(&self, bytes: &[u8]) -> (u16, Vec<u8>) {
+        let mut stream = TcpStream::connect(&self.host).unwrap();
+        stream.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
+        // Who is refused early may find the door closed.
+        let _ = stream.write_all(bytes);
+        let _ = stream.shutdown(Shutdown::Write);
+        let mut answer = Vec::new();
+        let _ = stream.read_to_end(&mut answer);
+        let Some(end) = answer.windows(4).position(|w| w == b"\r\n\r\n") else {
+            return (0, Vec::new());
+        };
+        let head = String::from_utf8_lossy(&answer[..end]).into_owned();
+        (head.split(' ').nth(1).unwrap().parse().unwrap(), answer[end + 4..].to_vec())
+    }
+
+    fn get_with(&self, target: &str, headers: &str) -> (u16, Vec<u8>) {
+        self.send(format!("GET {target} HTTP/1.1\r\n{headers}\r\n").as_bytes())
+    }
+
+    /// What the page gets.
+    fn get(&self, what: &str) -> (u16, Vec<u8>) {
+        self.get_with(&format!("/{}/{what}", self.secret), &format!("Host: {}\r\n", self.host))
+    }
+
+    fn json(&self, what: &str) -> Value {
+        let (status, body) = self.get(what);
+        assert_eq!(status, 200, "{what}");
+        serde_json::from_slice(&body).unwrap()
+    }
+
+    fn wait(&self) {
+        let start = Instant::now();
+        while self.json("state")["done"] != true {
+            assert!(start.elapsed() < Duration::from_secs(120), "{}", self.json("state"));
+            thread::sleep(Duration::from_millis(50));
+        }
+        assert_eq!(self.json("state")["failure"], Value::Null);
+    }
+}
+
+impl Drop for Viewer {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+#[test]
+fn only_who_has_the_secret_is_answered() {
+    let viewer = Viewer::start();
+    let (status, page) = viewer.get("");
+    assert_eq!(status, 200);
+    let page = String::from_utf8(page).unwrap();
+    assert!(page.contains("<title>cornell-box</title>") && page.contains("connect-src 'self'"));
+    let (host, secret) = (&viewer.host, &viewer.secret);
+    let own = format!("Host: {host}\r\n");
+    let inside = format!("/{secret}/state");
+    for wrong in ["/", "/state", "/0/state", "/../state", &format!("/{secret}x/state")] {
+        assert_eq!(viewer.get_with(wrong, &own).0, 404, "{wrong}");
+    }
+    for wrong in ["../../etc/passwd", "%2e%2e/", "row", "row?facet=9999999&at=0,0,0", "hemicube"] {
+        assert_eq!(viewer.get(wrong).0, 404, "{wrong}");
+    }
+    for wrong in ["", "Host: evil.example\r\n", "Host: 127.0.0.1.evil.example:80\r\n"] {
+        assert_eq!(viewer.get_with(&inside, wrong).0, 403, "{wrong}");
+    }
+    for wrong in ["Origin: http://evil.example\r\n", "Sec-Fetch-Site: cross-site\r\n"] {
+        assert_eq!(viewer.get_with(&inside, &format!("{own}{wrong}")).0, 403, "{wrong}");
+    }
+    let through_a_tunnel = "Host: localhost:8017\r\nOrigin: http://localhost:8017\r\n";
+    assert_eq!(viewer.get_with(&inside, through_a_tunnel).0, 200);
+    let post = format!("POST {inside} HTTP/1.1\r\n{own}Content-Length: 2\r\n\r\n{{}}");
+    assert_eq!(viewer.send(post.as_bytes()).0, 405);
+}
+
+#[test]
+fn floods_and_silence_do_no_harm() {
+    let viewer = Viewer::start();
+    assert_eq!(viewer.send(b"\x16\x03\x01 what is this\r\n\r\n").0, 400);
+    let mut large = format!("GET /{}/ HTTP/1.1\r\nX: ", viewer.secret).into_bytes();
+    large.resize(10 << 20, b'x');
+    assert!([0, 431].contains(&viewer.send(&large).0));
+    // Some say nothing, and all others are served beside them, or told to come back.
+    let silent: Vec<TcpStream> =
+        (0..40).map(|_| TcpStream::connect(&viewer.host).unwrap()).collect();
+    thread::scope(|scope| {
+        let all: Vec<_> = (0..200).map(|_| scope.spawn(|| viewer.get("state").0)).collect();
+        for status in all.into_iter().map(|t| t.join().unwrap()) {
+            assert!([200, 503, 0].contains(&status), "{status}");
+        }
+    });
+    drop(silent);
+    viewer.wait();
+    assert_eq!(viewer.get("").0, 200);
+}
+
+#[test]
+fn a_row_is_the_engine_s_and_ctrl_c_ends() {
+    let mut viewer = Viewer::start();
+    viewer.wait();
+    let row = viewer.json("row?facet=0&at=2.7,2.7,2.7");
+    let scene = Scene::builtin("cornell-box").unwrap();
+    let options = LightOptions { patch_size: Some(0.5), ..LightOptions::default() };
+    let patches = scene.light(&options, &Silent).unwrap().solution.patches;
+    assert_eq!(row["patches"].as_u64().unwrap() as usize, patches.len());
+    let hemicube = HemicubeOptions { resolution: 256, draw: Draw::Patches };
+    let engine = Hemicube::new(&scene.geometry, &patches, hemicube).unwrap();
+    let id = PatchId(row["patch"].as_u64().unwrap() as u32);
+    let mut wanted = Row::default();
+    engine.row(id, &mut wanted);
+    let numbers = |name: &str| -> Vec<f64> {
+        row[name].as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect()
+    };
+    let (columns, factors): (Vec<f64>, Vec<f64>) =
+        wanted.entries().map(|(j, f)| (f64::from(j.0), f)).unzip();
+    assert!(columns.len() > 10);
+    assert_eq!(numbers("columns"), columns);
+    assert_eq!(numbers("factors"), factors);
+    let (status, png) = viewer.get(&format!("hemicube?patch={}", id.0));
+    assert_eq!(status, 200);
+    assert_eq!(&png[..8], b"\x89PNG\r\n\x1a\n");
+    assert_eq!(&png[16..24], [0, 0, 2, 0, 0, 0, 2, 0], "512 x 512 pixels");
+    let interrupt = Command::new("kill").args(["-INT", &viewer.child.id().to_string()]).status();
+    assert!(interrupt.unwrap().success());
+    assert_eq!(viewer.child.wait().unwrap().code(), Some(130));
+}
