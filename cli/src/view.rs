@@ -15,6 +15,7 @@ use hemicube::gather::{GatherOptions, Gatherer};
 use hemicube::progress::Progress;
 use hemicube::render::Renderer;
 use hemicube::scene::Scene;
+use hemicube::store::Store;
 use hemicube::uncertainty::Uncertainty;
 use hemicube::visibility::Bvh;
 
@@ -22,7 +23,7 @@ use crate::args::{EngineArg, Light, View as Args};
 use crate::bake::{failure, gathering, stops_of};
 use crate::failure::Failure;
 use crate::input;
-use crate::render::{memory, say_patches, set_threads, tone_of};
+use crate::render::{light_failure, memory, options_of, say_patches, set_threads, tone_of};
 use crate::solutions::{self, is_solution};
 use crate::staging::{Setup, prepare};
 use crate::terminal::{Bar, catch_interrupts, print, say};
@@ -59,70 +60,100 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let told = Told { bar: &bar, live: &live };
     let worked = work(scene, args, setup, &told);
     bar.finish();
-    live.finish(worked.as_ref().err().map(ToString::to_string));
-    worked?;
-    if !run.quiet {
-        say("all light is there; Ctrl-C ends");
+    if let Err(failure) = &worked {
+        live.fail(failure.to_string());
     }
-    loop {
-        thread::park();
-    }
+    worked
 }
 
-/// Lights the scene, first roughly.
-fn work(scene: Scene, args: &Args, setup: Setup, told: &Told<'_>) -> Result<(), Failure> {
+/// Lights the scene, first roughly, and again whenever the page wishes for other reflectances.
+fn work(mut scene: Scene, args: &Args, setup: Setup, told: &Told<'_>) -> Result<(), Failure> {
     let look = &args.look;
-    let sampled = look.light.engine() == EngineArg::Rays && look.light.samples.is_none();
+    let quiet = look.light.run.quiet;
     let mut view = PageView {
         cameras: setup.cameras,
-        exposure: 0.0,
+        exposure: setup.exposure.unwrap_or_default(),
         tone: tone_of(look.tone),
         unit: "lx".into(),
         error: None,
         names_patches: true,
     };
+    let show = |scene: &Scene, store: &Store, view: &mut PageView, roughly: bool| {
+        // Later light does not jump.
+        let chosen = if told.live.is_shown() { Some(view.exposure) } else { setup.exposure };
+        show(scene, store, args, (view, chosen), roughly, told)
+    };
+    let sampled = look.light.engine() == EngineArg::Rays && look.light.samples.is_none();
     if sampled && !is_solution(&look.input.model.scene) && look.light.error.is_none() {
         let light = Light { samples: Some(FIRST_SAMPLES), ..look.light.clone() };
-        show(scene.clone(), args, &light, (&mut view, setup.exposure), true, told)?;
+        let (store, _) = solutions::store(&scene, &look.input, &light, &[], told)?;
+        show(&scene, &store, &mut view, true)?;
     }
-    show(scene, args, &look.light, (&mut view, setup.exposure), false, told)
+    let (mut store, factors) = solutions::store(&scene, &look.input, &look.light, &[], told)?;
+    if !quiet {
+        say_patches(&scene, &store.report(&scene), &look.light);
+    }
+    loop {
+        let shown = show(&scene, &store, &mut view, told.live.is_wished())
+            .and_then(|()| show(&scene, &store, &mut view, false));
+        match shown {
+            // Something else is wished for meanwhile.
+            Err(_) if told.live.is_wished() => {}
+            Err(failure) => return Err(failure),
+            Ok(()) => {
+                told.live.rest();
+                told.bar.finish();
+                if !quiet {
+                    say("all light is there; Ctrl-C ends");
+                }
+            }
+        }
+        for (name, reflectance) in told.live.wishes() {
+            for m in 0..scene.optics.materials.len() {
+                if scene.optics.materials[m].name == name {
+                    scene.optics.set_reflectance(m, reflectance);
+                }
+            }
+        }
+        let options = options_of(&look.light)?;
+        let solved = store.clone().solve_again(&scene, &factors, &options, told);
+        match solved {
+            Ok(solved) => store = solved,
+            Err(_) if told.live.is_wished() => continue,
+            Err(e) => return Err(light_failure(e, &look.light)),
+        }
+    }
 }
 
-/// Lights the scene and shows it; `first` light is rough.
+/// Shows the scene lit: roughly by the light of patches, or gathered at each texel.
 fn show(
-    scene: Scene,
+    scene: &Scene,
+    store: &Store,
     args: &Args,
-    light: &Light,
-    (view, made_for): (&mut PageView, Option<f64>),
-    first: bool,
+    (view, exposure): (&mut PageView, Option<f64>),
+    roughly: bool,
     told: &Told<'_>,
 ) -> Result<(), Failure> {
     let look = &args.look;
-    let (store, _) = solutions::store(&scene, &look.input, light, &[], told)?;
     let path: &Path = &look.input.model.scene;
-    let solution = store.mix(&scene).map_err(|e| solutions::mix_failure(path, &e))?;
+    let solution = store.mix(scene).map_err(|e| solutions::mix_failure(path, &e))?;
     let gather: GatherOptions = gathering(look);
     let uncertainty;
     {
-        let field = solution.field_heard(&scene, told).map_err(Failure::failed)?;
+        let field = solution.field_heard(scene, told).map_err(Failure::failed)?;
         let bvh = Bvh::new(&scene.geometry);
-        let gatherer = Gatherer::new(&scene, &solution, &field, &bvh, gather);
-        let renderer = Renderer::gathering(&scene, &field, &gatherer);
-        // Later light does not jump.
-        if !told.live.is_shown() {
-            view.exposure = stops_of(&renderer, &view.cameras[0], look, made_for)?;
-        }
+        let gatherer = Gatherer::new(scene, &solution, &field, &bvh, gather);
+        let renderer = Renderer::gathering(scene, &field, &gatherer);
+        view.exposure = stops_of(&renderer, &view.cameras[0], look, exposure)?;
         uncertainty = Uncertainty::of(&scene.geometry, &solution, &field);
         view.error = Some(uncertainty.report(&solution).total).filter(|e| e.is_finite());
     }
-    let options = BakeOptions { texel: args.texel, memory: memory(light) };
-    let how = (!first).then_some(gather);
-    let layers = Layers::new(&scene, &store, &options, how, told).map_err(failure)?;
-    let data = page_data(&scene, &store, &layers, view, told as &dyn Progress)
+    let options = BakeOptions { texel: args.texel, memory: memory(&look.light) };
+    let how = (!roughly).then_some(gather);
+    let layers = Layers::new(scene, store, &options, how, told).map_err(failure)?;
+    let data = page_data(scene, store, &layers, view, told as &dyn Progress)
         .map_err(|e| Failure::of(e, Failure::failed))?;
-    if !first && !look.light.run.quiet {
-        say_patches(&scene, &store.report(&scene), light);
-    }
+    let scene = scene.clone();
     told.live.show(data, Lit { scene, solution, uncertainty, facets: layers.facets() });
     Ok(())
 }
@@ -132,6 +163,18 @@ fn answer(request: &Request, page: &Arc<Vec<u8>>, live: &Live) -> Answer {
     const JSON: &str = "application/json";
     let json = |value: &serde_json::Value| Answer::of(JSON, value.to_string().into_bytes());
     let unknown = || Answer::refusal(404);
+    if request.posted {
+        let material = request.value("material").map(unescaped);
+        let colour = request.value("reflectance").and_then(point);
+        let colour = colour.filter(|c| c.min_element() >= 0.0 && c.max_element() <= 1.0);
+        return match (request.path.as_str(), material.zip(colour)) {
+            ("reflectance", Some((material, colour))) => {
+                live.wish(material, colour);
+                json(&live.state())
+            }
+            _ => unknown(),
+        };
+    }
     match request.path.as_str() {
         "" => Answer { status: 200, kind: "text/html; charset=utf-8", body: Arc::clone(page) },
         "state" => json(&live.state()),
@@ -156,6 +199,19 @@ fn answer(request: &Request, page: &Arc<Vec<u8>>, live: &Live) -> Answer {
 fn point(text: &str) -> Option<DVec3> {
     let numbers: Vec<f64> = text.split(',').map(str::parse).collect::<Result<_, _>>().ok()?;
     Some(DVec3::from_array(numbers.try_into().ok()?)).filter(|p| p.is_finite())
+}
+
+/// A text of a query, in which bytes may be written as %XX.
+fn unescaped(text: &str) -> String {
+    let mut bytes = Vec::new();
+    let mut rest = text.as_bytes();
+    while let [first, more @ ..] = rest {
+        let code = more.get(..2).and_then(|d| std::str::from_utf8(d).ok());
+        let code = code.filter(|_| *first == b'%').and_then(|d| u8::from_str_radix(d, 16).ok());
+        bytes.push(code.unwrap_or(*first));
+        rest = if code.is_some() { &more[2..] } else { more };
+    }
+    String::from_utf8_lossy(&bytes).into_owned()
 }
 
 /// Opens an address in the user's browser, where there is one.

@@ -65,6 +65,12 @@ impl Viewer {
         self.get_with(&format!("/{}/{what}", self.secret), &format!("Host: {}\r\n", self.host))
     }
 
+    fn post(&self, what: &str, headers: &str) -> (u16, Vec<u8>) {
+        let Self { host, secret, .. } = self;
+        let head = format!("POST /{secret}/{what} HTTP/1.1\r\nHost: {host}\r\n{headers}\r\n");
+        self.send(head.as_bytes())
+    }
+
     fn json(&self, what: &str) -> Value {
         let (status, body) = self.get(what);
         assert_eq!(status, 200, "{what}");
@@ -112,8 +118,29 @@ fn only_who_has_the_secret_is_answered() {
     }
     let through_a_tunnel = "Host: localhost:8017\r\nOrigin: http://localhost:8017\r\n";
     assert_eq!(viewer.get_with(&inside, through_a_tunnel).0, 200);
-    let post = format!("POST {inside} HTTP/1.1\r\n{own}Content-Length: 2\r\n\r\n{{}}");
-    assert_eq!(viewer.send(post.as_bytes()).0, 405);
+    let put = format!("PUT {inside} HTTP/1.1\r\n{own}\r\n");
+    assert_eq!(viewer.send(put.as_bytes()).0, 405);
+    assert_eq!(viewer.post("reflectance?material=red&reflectance=1,1,1", "").0, 403);
+    let from_here = format!("Origin: http://{host}\r\n");
+    for wrong in ["state", "reflectance", "reflectance?material=red&reflectance=2,0,0"] {
+        assert_eq!(viewer.post(wrong, &from_here).0, 404, "{wrong}");
+    }
+}
+
+#[test]
+fn a_reflectance_is_solved_again() {
+    let viewer = Viewer::start();
+    viewer.wait();
+    let light = || viewer.json("row?facet=0&at=2.7,2.7,2.7")["illuminance"].as_f64().unwrap();
+    let (before, version) = (light(), viewer.json("state")["version"].as_u64().unwrap());
+    let from_here = format!("Origin: http://{}\r\n", viewer.host);
+    for wish in ["0.1,0.1,0.1", "0,0,0"] {
+        let what = format!("reflectance?material=%77hite&reflectance={wish}");
+        assert_eq!(viewer.post(&what, &from_here).0, 200);
+    }
+    viewer.wait();
+    assert!(viewer.json("state")["version"].as_u64().unwrap() > version);
+    assert!(light() < 0.9 * before, "{} of {before}", light());
 }
 
 #[test]

@@ -147,6 +147,11 @@ export class App {
     this.settle();
   }
 
+  // The values of patches that are shown.
+  heats(): Float32Array {
+    return this.shown.surfaces.heats;
+  }
+
   private build(): void {
     const { manifest } = this.shown;
     const [low, high] = manifest.bounds;

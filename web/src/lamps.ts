@@ -1,4 +1,5 @@
 // A slider and a colour for each source of light.
+import { hex, linear } from './colour';
 import type { Panel, Slider } from './panel';
 import type { Source, Triple } from './page';
 
@@ -43,20 +44,4 @@ export class Lamps {
 
 function scaled([r, g, b]: Triple, by: number): Triple {
   return [r * by, g * by, b * by];
-}
-
-function hex(colour: Triple): string {
-  const code = (c: number) => {
-    const x = Math.min(Math.max(c, 0), 1);
-    return Math.round(255 * (x <= 0.0031308 ? 12.92 * x : 1.055 * x ** (1 / 2.4) - 0.055));
-  };
-  return `#${colour.map((c) => code(c).toString(16).padStart(2, '0')).join('')}`;
-}
-
-function linear(text: string): Triple {
-  const channel = (at: number) => {
-    const x = parseInt(text.slice(at, at + 2), 16) / 255;
-    return x <= 0.04045 ? x / 12.92 : ((x + 0.055) / 1.055) ** 2.4;
-  };
-  return [channel(1), channel(3), channel(5)];
 }

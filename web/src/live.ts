@@ -2,6 +2,7 @@
 // what a patch sees.
 import { fail, type App } from './app';
 import { Archive } from './archive';
+import { hex, linear } from './colour';
 import { byId } from './dom';
 import { significant } from './panel';
 import { HEAT_OCTAVES, LEGEND } from './shaders';
@@ -24,6 +25,7 @@ const SELF = -1;
 export class Live {
   row: Row | null = null;
   private version = 0;
+  private listens = false;
 
   constructor(private app: App) {
     byId('work').hidden = false;
@@ -33,10 +35,19 @@ export class Live {
   async start(): Promise<void> {
     while (this.version === 0) await this.look();
     this.build();
-    const listen = async () => {
+    this.listen();
+  }
+
+  // Shows what is new until the work is done.
+  private listen(): void {
+    if (this.listens) return;
+    this.listens = true;
+    const all = async () => {
       while (!await this.look()) { /* goes on */ }
     };
-    listen().catch(fail);
+    all().finally(() => {
+      this.listens = false;
+    }).catch(fail);
   }
 
   // Asks how the work stands and shows what is new; whether it is done.
@@ -50,6 +61,8 @@ export class Live {
       const bytes = new Uint8Array(await (await ask(`data?version=${state.version}`)).arrayBuffer());
       await this.app.show(new Archive(bytes));
       this.version = state.version;
+      // The row was of the light before.
+      if (this.row) this.close();
     }
     if (!state.done) await new Promise((resolve) => { setTimeout(resolve, WAIT); });
     return state.done && state.version === this.version;
@@ -57,6 +70,18 @@ export class Live {
 
   private build(): void {
     const { app } = this;
+    app.panel.heading('Reflectance');
+    const names = [...new Set(app.manifest.materials.map(({ name }) => name))];
+    const colourOf = (k: number) => hex(app.manifest.materials.find(({ name }) => name === names[k])!.reflectance);
+    const material = app.panel.choice('Material', names, (k) => {
+      colour.value = colourOf(k);
+    });
+    const colour = app.panel.colour('Solved again when it is chosen', (value) => {
+      const name = names[material.selectedIndex];
+      const asked = `reflectance?material=${encodeURIComponent(name)}&reflectance=${linear(value).join(',')}`;
+      ask(asked, 'POST').then(() => this.listen(), fail);
+    });
+    colour.value = colourOf(0);
     app.panel.heading('Form factors');
     app.panel.note('Click a place, or press F for the middle: what its patch sees. Escape shows the picture again.');
     let pressed: [number, number] | null = null;
@@ -116,8 +141,8 @@ export class Live {
   }
 }
 
-async function ask(what: string): Promise<Response> {
-  const response = await fetch(what);
+async function ask(what: string, method = 'GET'): Promise<Response> {
+  const response = await fetch(what, { method });
   if (!response.ok) throw new Error(`the program answers ${response.status} to ${what}`);
   return response;
 }

@@ -67,6 +67,16 @@ export class Panel {
     return select;
   }
 
+  // A colour that is told once it is chosen.
+  colour(name: string, changed: (value: string) => void): HTMLInputElement {
+    const label = element('label', { className: 'check' });
+    const input = element('input', { type: 'color' });
+    input.addEventListener('change', () => changed(input.value));
+    label.append(input, name);
+    this.root.append(label);
+    return input;
+  }
+
   button(name: string, pressed: () => void): void {
     const button = element('button', { type: 'button', textContent: name });
     button.addEventListener('click', pressed);

@@ -20,6 +20,7 @@ export class Surfaces {
   // What all materials share.
   readonly shared: Record<string, IUniform>;
   private lit: { uniforms: Record<string, IUniform>; source: number | null; emission: Triple }[] = [];
+  heats: Float32Array = new Float32Array();
   private geometry = new BufferGeometry();
   private outlines?: LineSegments;
 
@@ -100,6 +101,7 @@ export class Surfaces {
 
   // Shows values of patches in the mode for them, as shares of the largest.
   heat(values: Float32Array): void {
+    this.heats = values;
     const width = 1024;
     const padded = new Float32Array(width * Math.ceil(values.length / width));
     padded.set(values);

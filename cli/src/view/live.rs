@@ -1,6 +1,7 @@
 //! What the page may ask of work that is under way, and of its result.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::collections::BTreeMap;
+use std::sync::{Arc, Condvar, Mutex, PoisonError};
 
 use glam::{DVec2, DVec3};
 use hemicube::bake::Facet;
@@ -10,7 +11,7 @@ use hemicube::form_factors::Row;
 use hemicube::patches::{PatchId, SurfacePoint};
 use hemicube::progress::{Cancelled, Progress};
 use hemicube::render::Picture;
-use hemicube::scene::{Scene, luminance};
+use hemicube::scene::{Rgb, Scene, luminance};
 use hemicube::solution::Solution;
 use hemicube::uncertainty::Uncertainty;
 use serde_json::{Value, json};
@@ -33,6 +34,8 @@ pub struct Lit {
 #[derive(Default)]
 pub struct Live {
     state: Mutex<State>,
+    /// Told when something is wished for.
+    wished: Condvar,
 }
 
 #[derive(Default)]
@@ -45,6 +48,8 @@ struct State {
     lit: Option<Arc<Lit>>,
     done: bool,
     failure: Option<String>,
+    /// Materials that are to reflect otherwise.
+    wishes: BTreeMap<String, Rgb>,
 }
 
 impl Live {
@@ -66,9 +71,35 @@ impl Live {
         self.with(|s| s.version > 0)
     }
 
-    /// Says that nothing new will come.
-    pub fn finish(&self, failure: Option<String>) {
-        self.with(|s| (s.done, s.failure) = (true, failure));
+    /// Says that nothing new will come unless it is wished for.
+    pub fn rest(&self) {
+        self.with(|s| s.done = s.wishes.is_empty());
+    }
+
+    /// Says why nothing will come any more.
+    pub fn fail(&self, failure: String) {
+        self.with(|s| (s.done, s.failure) = (true, Some(failure)));
+    }
+
+    /// Asks for a material that reflects otherwise; work that is under way stops.
+    pub fn wish(&self, material: String, reflectance: Rgb) {
+        self.with(|s| {
+            s.wishes.insert(material, reflectance);
+            (s.done, s.stage, s.total) = (false, "wait".into(), 0);
+        });
+        self.wished.notify_all();
+    }
+
+    /// Whether something is wished for.
+    pub fn is_wished(&self) -> bool {
+        self.with(|s| !s.wishes.is_empty())
+    }
+
+    /// Waits for wishes, and takes them.
+    pub fn wishes(&self) -> BTreeMap<String, Rgb> {
+        let state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        let waited = self.wished.wait_while(state, |s| s.wishes.is_empty());
+        std::mem::take(&mut waited.unwrap_or_else(PoisonError::into_inner).wishes)
     }
 
     /// How work stands.
@@ -106,8 +137,12 @@ impl Progress for Told<'_> {
     }
 
     fn advance(&self, n: u64) -> Result<(), Cancelled> {
-        self.live.with(|s| s.advanced += n);
-        self.bar.advance(n)
+        let stop = self.live.with(|s| {
+            s.advanced += n;
+            !s.wishes.is_empty()
+        });
+        self.bar.advance(n)?;
+        if stop { Err(Cancelled) } else { Ok(()) }
     }
 
     fn warn(&self, message: &str) {

@@ -1,4 +1,4 @@
-//! A small HTTP server for one page: it listens on the loopback address alone, answers GET under a
+//! A small HTTP server for one page: it listens on the loopback address alone, answers under a
 //! secret path, and gives every connection one answer and little time. It reads no file.
 
 use std::io::{self, Read, Write};
@@ -21,6 +21,8 @@ const DELIVERY: Duration = Duration::from_secs(60);
 /// What is asked for: the path below the secret, and the query.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Request {
+    /// Whether something is to change.
+    pub posted: bool,
     pub path: String,
     pub query: String,
 }
@@ -175,14 +177,18 @@ fn understood(head: &[u8], secret: &str) -> Result<Request, u16> {
     {
         return Err(403);
     }
-    if method != "GET" {
-        return Err(405);
-    }
+    let posted = match method {
+        "GET" => false,
+        // Browsers say from which page a change comes.
+        "POST" if header("origin").is_some() => true,
+        "POST" => return Err(403),
+        _ => return Err(405),
+    };
     let (path, query) = target.split_once('?').unwrap_or((target, ""));
     let below = path.strip_prefix('/').and_then(|path| path.split_once('/'));
     match below {
         Some((own, path)) if own == secret => {
-            Ok(Request { path: path.to_owned(), query: query.to_owned() })
+            Ok(Request { posted, path: path.to_owned(), query: query.to_owned() })
         }
         _ => Err(404),
     }
@@ -262,8 +268,13 @@ mod tests {
         for wrong in ["Origin: http://localhost:2", "Origin: null", "Sec-Fetch-Site: cross-site"] {
             assert_eq!(with(wrong), Err(403), "{wrong}");
         }
-        let post = b"POST /0123/ HTTP/1.1\r\nHost: localhost\r\n\r\n";
-        assert_eq!(understood(post, SECRET), Err(405));
+        let by = |method: &str, origin: &str| {
+            let head = format!("{method} /0123/ HTTP/1.1\r\nHost: localhost\r\n{origin}\r\n");
+            understood(head.as_bytes(), SECRET).map(|r| r.posted)
+        };
+        assert_eq!(by("POST", ""), Err(403));
+        assert_eq!(by("POST", "Origin: http://localhost\r\n"), Ok(true));
+        assert_eq!(by("PUT", "Origin: http://localhost\r\n"), Err(405));
         assert_eq!(understood(b"\x16\x03\x01\r\n\r\n", SECRET), Err(400));
     }
 }

@@ -1,0 +1,87 @@
+// Checks the viewer: `hemicube view` in a browser, its rows of form factors and what changes.
+// Usage: node view.mjs HEMICUBE [PICTURE.png], where a picture of the row is written.
+import { spawn } from 'node:child_process';
+import { readFile } from 'node:fs/promises';
+import { createRequire } from 'node:module';
+import { hear, launch } from './browser.mjs';
+
+const AXE = createRequire(import.meta.url).resolve('axe-core/axe.min.js');
+const [, , program, picture] = process.argv;
+if (!program) throw new Error('usage: node view.mjs HEMICUBE [PICTURE.png]');
+
+const faults = [];
+const expect = (holds, text) => {
+  console.log(`${holds ? 'good' : 'BAD '} ${text}`);
+  if (!holds) faults.push(text);
+};
+
+const start = performance.now();
+const seconds = () => `${((performance.now() - start) / 1000).toFixed(1)} s`;
+const viewer = spawn(program, ['view', 'cornell-box', '--no-open', '-q'], { stdio: ['ignore', 'pipe', 'inherit'] });
+const address = await new Promise((resolve) => {
+  viewer.stdout.once('data', (text) => resolve(text.toString().trim()));
+});
+const browser = await launch();
+try {
+  const page = await browser.newPage({ viewport: { width: 1280, height: 800 } });
+  const complaints = [];
+  hear(page, complaints);
+  page.on('request', (request) => {
+    if (!request.url().startsWith(address) && !/^(blob|data):/.test(request.url())) complaints.push(`asks for ${request.url()}`);
+  });
+  await page.goto(address);
+  await page.waitForFunction(() => window.hemicube?.ready, null, { timeout: 60000 });
+  console.log(`     first light after ${seconds()}, the browser's start with it`);
+  const done = () => page.waitForFunction(() => document.getElementById('work').hidden, null, { timeout: 300000 });
+  const light = () => page.evaluate(() => window.hemicube.app.read(0.5, 0.2)?.illuminance ?? 0);
+  const first = await light();
+  await done();
+  console.log(`     all light after ${seconds()}`);
+  const last = await light();
+  expect(Math.abs(first / last - 1) < 0.15, `first light is ${(100 * (first / last - 1)).toFixed(1)} % off where it is read`);
+
+  // A row: what is shown is what the program says.
+  await page.locator('canvas').click({ position: { x: 300, y: 600 } });
+  await page.waitForFunction(() => window.hemicube.live.row);
+  const row = await page.evaluate(() => window.hemicube.live.row);
+  const sum = row.factors.reduce((all, f) => all + f, 0);
+  expect(Math.abs(sum + row.environment - 1) < 1e-3, `a row sums to ${sum.toFixed(4)}, ${row.environment.toFixed(4)} escape`);
+  const shown = await page.evaluate(({ columns, factors }) => {
+    const values = window.hemicube.app.heats();
+    const most = Math.max(...factors);
+    return Math.max(...columns.map((j, k) => Math.abs(values[j] * most - factors[k]) / most));
+  }, row);
+  expect(shown < 1e-6, `the heat map is the row within ${shown.toExponential(1)} of its largest factor`);
+  await page.waitForFunction(() => document.querySelector('#seen img').naturalWidth > 0);
+  expect(await page.locator('#seen').isVisible(), 'the hemicube is shown');
+  if (picture) await page.screenshot({ path: picture });
+  const spoken = await page.locator('#spoken').textContent();
+  expect(/^Patch \d+ of .+ m²: .+ lx\. Form factors to \d+ patches/.test(spoken), `it is announced: "${spoken}"`);
+  await page.locator('canvas').press('Escape');
+  expect(!await page.locator('#seen').isVisible(), 'Escape shows the picture again');
+  await page.locator('canvas').press('f');
+  await page.waitForFunction(() => window.hemicube.live.row);
+  await page.locator('canvas').press('Escape');
+
+  // Another reflectance.
+  await page.getByLabel('Material').selectOption('white');
+  await page.getByLabel('Solved again when it is chosen').fill('#101010');
+  await page.waitForFunction(() => !document.getElementById('work').hidden, null, { timeout: 10000 });
+  await done();
+  const dark = await light();
+  expect(dark < 0.8 * last, `a darker room is solved again: ${last.toFixed(3)} lx become ${dark.toFixed(3)}`);
+
+  await page.evaluate(await readFile(AXE, 'utf8'));
+  const { violations } = await page.evaluate(() => window.axe.run(document));
+  violations.forEach(({ id, help, nodes }) => console.log(`  ${id}: ${help}: ${nodes[0].html}`));
+  expect(violations.length === 0, `axe-core finds ${violations.length} faults`);
+  expect(complaints.length === 0, `no complaints ${complaints.join('; ')}`);
+} finally {
+  await browser.close();
+  viewer.kill('SIGINT');
+}
+const code = await new Promise((resolve) => {
+  viewer.once('exit', resolve);
+});
+expect(code === 130, 'Ctrl-C ends it');
+process.exitCode = faults.length === 0 ? 0 : 1;
