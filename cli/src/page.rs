@@ -54,12 +54,12 @@ pub fn run(args: &Args, output: &Path) -> Result<(), Failure> {
     let solution =
         store.mix(&scene).map_err(|e| solutions::mix_failure(&look.input.model.scene, &e))?;
     {
-        let field = solution.field_heard(&scene, &bar).map_err(Failure::failed)?;
+        let field = solution.field_heard(&scene, &bar)?;
         let bvh = Bvh::new(&scene.geometry);
         let gatherer = Gatherer::new(&scene, &solution, &field, &bvh, gather);
         let renderer = Renderer::gathering(&scene, &field, &gatherer);
         view.exposure = stops_of(&renderer, &view.cameras[0], look, exposure)?;
-        let reflected = solution.reflected_field_heard(&scene, &bar).map_err(Failure::failed)?;
+        let reflected = solution.reflected_field_heard(&scene, &bar)?;
         let error = Uncertainty::of_reflected(&scene.geometry, &solution, &reflected);
         view.error = Some(error.report(&solution).total).filter(|e| e.is_finite());
     }

@@ -67,7 +67,7 @@ pub fn run(args: &Render) -> Result<(), Failure> {
     let error = if args.draft {
         Uncertainty::of(&scene.geometry, &solution, &field)
     } else {
-        let reflected = solution.reflected_field_heard(&scene, &bar).map_err(Failure::failed)?;
+        let reflected = solution.reflected_field_heard(&scene, &bar)?;
         Uncertainty::of_reflected(&scene.geometry, &solution, &reflected)
     };
     let error = error.report(&solution);

@@ -3,6 +3,7 @@
 mod live;
 mod server;
 
+use std::io::ErrorKind;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::Arc;
@@ -38,8 +39,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     catch_interrupts();
     let (look, run) = (&args.look, &args.look.light.run);
     set_threads(run.threads)?;
-    if look.light.factors.is_some() {
-        return Err(Failure::input("--factors is not used with view; leave it out"));
+    let unused = [
+        ("--factors", look.light.factors.is_some()),
+        ("--report", look.light.run.report.is_some()),
+    ];
+    if let Some((flag, _)) = unused.iter().find(|f| f.1) {
+        return Err(Failure::Input(format!("{flag} is not used with view; leave it out")));
     }
     let mut scene = input::read(&look.input)?;
     input::say_findings(&scene, run.quiet);
@@ -140,19 +145,30 @@ fn show(
     let gather: GatherOptions = gathering(look);
     let uncertainty;
     {
-        let field = solution.field_heard(scene, told).map_err(Failure::failed)?;
+        let field = solution.field_heard(scene, told)?;
         let bvh = Bvh::new(&scene.geometry);
         let gatherer = Gatherer::new(scene, &solution, &field, &bvh, gather);
         let renderer = Renderer::gathering(scene, &field, &gatherer);
         view.exposure = stops_of(&renderer, &view.cameras[0], look, exposure)?;
         uncertainty = Uncertainty::of(&scene.geometry, &solution, &field);
-        view.error = Some(uncertainty.report(&solution).total).filter(|e| e.is_finite());
+        let error = if roughly {
+            uncertainty.report(&solution)
+        } else {
+            let reflected = solution.reflected_field_heard(scene, told)?;
+            Uncertainty::of_reflected(&scene.geometry, &solution, &reflected).report(&solution)
+        };
+        view.error = Some(error.total).filter(|e| e.is_finite());
     }
     let options = BakeOptions { texel: args.texel, memory: memory(&look.light) };
     let how = (!roughly).then_some(gather);
     let layers = Layers::new(scene, store, &options, how, told).map_err(failure)?;
-    let data = page_data(scene, store, &layers, view, told as &dyn Progress)
-        .map_err(|e| Failure::of(e, Failure::failed))?;
+    let data =
+        page_data(scene, store, &layers, view, told as &dyn Progress).map_err(|e| {
+            match e.kind() {
+                ErrorKind::Interrupted => Failure::Cancelled,
+                _ => Failure::failed(e),
+            }
+        })?;
     let scene = scene.clone();
     told.live.show(data, Lit { scene, solution, uncertainty, facets: layers.facets() });
     Ok(())

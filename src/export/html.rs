@@ -29,7 +29,7 @@ use super::archive_writer::Writer;
 use super::members::{Members, Packing};
 use super::target::write_whole;
 use crate::bake::Layers;
-use crate::progress::Progress;
+use crate::progress::{Cancelled, Progress};
 use crate::scene::Scene;
 use crate::store::Store;
 pub use view::PageView;
@@ -49,9 +49,11 @@ pub fn write_html(
     view: &PageView,
     progress: &dyn Progress,
 ) -> Result<(), ExportError> {
-    let encode = |message: String| ExportError::Encode { path: path.to_path_buf(), message };
     let data = page_data(scene, store, layers, view, progress);
-    let data = data.map_err(|e| encode(e.to_string()))?;
+    let data = data.map_err(|e| match e.kind() {
+        io::ErrorKind::Interrupted => ExportError::Cancelled(Cancelled),
+        _ => ExportError::Encode { path: path.to_path_buf(), message: e.to_string() },
+    })?;
     // What is put in last is largest, and nothing is looked for in it.
     let (before, after) = PAGE.split_once("{{data}}").unwrap_or((PAGE, ""));
     let title = escaped(&scene.name);
@@ -75,7 +77,7 @@ pub fn live_page(title: &str) -> String {
 /// The data of a page: a zip archive.
 ///
 /// # Errors
-/// If the solutions are of another scene, or the caller cancelled.
+/// If the solutions are of another scene, or of the kind `Interrupted` if the caller cancelled.
 pub fn page_data(
     scene: &Scene,
     store: &Store,

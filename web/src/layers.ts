@@ -1,6 +1,6 @@
 // Light of each source over the atlas, and their sum, which the graphics card makes.
 import {
-  ClampToEdgeWrapping, DataArrayTexture, DataUtils, GLSL3, HalfFloatType, LinearFilter, Mesh, NearestFilter, OrthographicCamera,
+  AdditiveBlending, ClampToEdgeWrapping, DataArrayTexture, DataUtils, GLSL3, HalfFloatType, LinearFilter, Mesh, NearestFilter, NoBlending, OrthographicCamera,
   PlaneGeometry, RawShaderMaterial, RGBAFormat, Scene, Vector3, WebGLRenderTarget, type IUniform, type WebGLRenderer,
 } from 'three';
 import type { Archive } from './archive';
@@ -51,7 +51,10 @@ in vec3 position;
 void main() { gl_Position = vec4(position.xy, 0.0, 1.0); }
 `;
 
-const fragment = (count: number) => `
+// Layers that are added at a time: every graphics card takes so many uniforms.
+const AT_ONCE = 16;
+
+const FRAGMENT = `
 precision highp float;
 precision highp sampler2D;
 precision highp sampler2DArray;
@@ -59,8 +62,8 @@ uniform sampler2DArray layers;
 uniform sampler2D others;
 uniform bool onOthers;
 uniform int count;
-uniform int numbers[${count}];
-uniform vec3 weights[${count}];
+uniform int numbers[${AT_ONCE}];
+uniform vec3 weights[${AT_ONCE}];
 out vec4 sum;
 void main() {
   ivec2 texel = ivec2(gl_FragCoord.xy);
@@ -76,6 +79,7 @@ export class Layers {
   private pass = new Scene();
   private camera = new OrthographicCamera();
   private uniforms: Record<string, IUniform>;
+  private material: RawShaderMaterial;
   // The sum without the source that changed last, for the next time that it alone changes.
   private others?: { target: WebGLRenderTarget; source: number };
   private last: Vector3[] = [];
@@ -93,13 +97,13 @@ export class Layers {
     this.sum = this.target();
     this.uniforms = {
       layers: { value: layers }, others: { value: null }, onOthers: { value: false }, count: { value: 0 },
-      numbers: { value: new Int32Array(count) }, weights: { value: manifest.sources.map(() => new Vector3()) },
+      numbers: { value: new Int32Array(AT_ONCE) }, weights: { value: Array.from({ length: AT_ONCE }, () => new Vector3()) },
     };
-    const material = new RawShaderMaterial({
-      glslVersion: GLSL3, vertexShader: VERTEX, fragmentShader: fragment(count), depthTest: false, depthWrite: false,
+    this.material = new RawShaderMaterial({
+      glslVersion: GLSL3, vertexShader: VERTEX, fragmentShader: FRAGMENT, depthTest: false, depthWrite: false,
       uniforms: this.uniforms,
     });
-    const plane = new Mesh(new PlaneGeometry(2, 2), material);
+    const plane = new Mesh(new PlaneGeometry(2, 2), this.material);
     plane.frustumCulled = false;
     this.pass.add(plane);
   }
@@ -143,17 +147,25 @@ export class Layers {
   }
 
   private add(renderer: WebGLRenderer, to: WebGLRenderTarget, weights: Vector3[], which: number[], on?: WebGLRenderTarget): void {
-    const { uniforms } = this;
+    const { uniforms, material } = this;
     const lit = which.filter((k) => weights[k].lengthSq() > 0);
-    uniforms.count.value = lit.length;
-    lit.forEach((k, i) => {
-      (uniforms.numbers.value as Int32Array)[i] = k;
-      (uniforms.weights.value as Vector3[])[i].copy(weights[k]);
-    });
-    uniforms.onOthers.value = on !== undefined;
-    uniforms.others.value = on?.texture ?? null;
     renderer.setRenderTarget(to);
-    renderer.render(this.pass, this.camera);
+    const { autoClear } = renderer;
+    renderer.autoClear = false;
+    // The first lot takes the place of what was there, the others are added.
+    for (let first = 0; first === 0 || first < lit.length; first += AT_ONCE) {
+      const lot = lit.slice(first, first + AT_ONCE);
+      uniforms.count.value = lot.length;
+      lot.forEach((k, i) => {
+        (uniforms.numbers.value as Int32Array)[i] = k;
+        (uniforms.weights.value as Vector3[])[i].copy(weights[k]);
+      });
+      uniforms.onOthers.value = first === 0 && on !== undefined;
+      uniforms.others.value = on?.texture ?? null;
+      material.blending = first === 0 ? NoBlending : AdditiveBlending;
+      renderer.render(this.pass, this.camera);
+    }
+    renderer.autoClear = autoClear;
     renderer.setRenderTarget(null);
   }
 

@@ -111,7 +111,7 @@ export class Live {
     const row = await (await ask(`row?facet=${reading.facet}&at=${place.join(',')}`)).json() as Row;
     this.row = row;
     const values = new Float32Array(row.patches);
-    const most = Math.max(...row.factors, Number.MIN_VALUE);
+    const most = row.factors.reduce((largest, f) => Math.max(largest, f), Number.MIN_VALUE);
     row.columns.forEach((j, k) => {
       values[j] = row.factors[k] / most;
     });

@@ -43,7 +43,10 @@ export class Surfaces {
       geometry.setAttribute('uv', new BufferAttribute(await archive.array<Float32Array>('mesh/uv'), 2));
     }
     if (tinted) geometry.setAttribute('tint', new BufferAttribute(await archive.array<Uint8Array>('mesh/tint'), 3, true));
-    const textures = await Promise.all(manifest.textures.map((texture) => all.texture(texture)));
+    const textures = await Promise.all(manifest.textures.map((texture) => all.texture(texture).catch((error: unknown) => {
+      console.warn(`${texture.file} is of a kind that this browser does not show`, error);
+      return null;
+    })));
     const white = new DataTexture(new Uint8Array([255, 255, 255, 255]), 1, 1);
     white.needsUpdate = true;
     const map = (index: number | null) => ({ value: index === null ? white : textures[index] ?? white });
