@@ -93,7 +93,7 @@ fn a_page_holds_its_layers() {
         tone: Tone::Reinhard,
         unit: "lx".into(),
         error: Some(0.01),
-        names_patches: true,
+        served: true,
     };
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("page.html");

@@ -48,7 +48,7 @@ pub fn run(args: &Args, output: &Path) -> Result<(), Failure> {
         tone: tone_of(look.tone),
         unit: "lx".into(),
         error: None,
-        names_patches: false,
+        served: false,
     };
     let gather = gathering(look);
     let solution =

@@ -81,7 +81,7 @@ fn work(mut scene: Scene, args: &Args, setup: Setup, told: &Told<'_>) -> Result<
         tone: tone_of(look.tone),
         unit: "lx".into(),
         error: None,
-        names_patches: true,
+        served: true,
     };
     let show = |scene: &Scene, store: &Store, view: &mut PageView, roughly: bool| {
         // Later light does not jump.
@@ -98,10 +98,11 @@ fn work(mut scene: Scene, args: &Args, setup: Setup, told: &Told<'_>) -> Result<
     if !quiet {
         say_patches(&scene, &store.report(&scene), &look.light);
     }
+    // The first time, light by few rays is there already.
+    let mut roughly = false;
     loop {
-        let shown = show(&scene, &store, &mut view, told.live.is_wished())
-            .and_then(|()| show(&scene, &store, &mut view, false));
-        match shown {
+        let first = if roughly { show(&scene, &store, &mut view, true) } else { Ok(()) };
+        match first.and_then(|()| show(&scene, &store, &mut view, false)) {
             // Something else is wished for meanwhile.
             Err(_) if told.live.is_wished() => {}
             Err(failure) => return Err(failure),
@@ -123,7 +124,7 @@ fn work(mut scene: Scene, args: &Args, setup: Setup, told: &Told<'_>) -> Result<
         let options = options_of(&look.light)?;
         let solved = store.clone().solve_again(&scene, &factors, &options, told);
         match solved {
-            Ok(solved) => store = solved,
+            Ok(solved) => (store, roughly) = (solved, true),
             Err(_) if told.live.is_wished() => continue,
             Err(e) => return Err(light_failure(e, &look.light)),
         }
@@ -148,7 +149,10 @@ fn show(
         let field = solution.field_heard(scene, told)?;
         let bvh = Bvh::new(&scene.geometry);
         let gatherer = Gatherer::new(scene, &solution, &field, &bvh, gather);
-        let renderer = Renderer::gathering(scene, &field, &gatherer);
+        let renderer = match roughly {
+            true => Renderer::new(scene, &field),
+            false => Renderer::gathering(scene, &field, &gatherer),
+        };
         view.exposure = stops_of(&renderer, &view.cameras[0], look, exposure)?;
         uncertainty = Uncertainty::of(&scene.geometry, &solution, &field);
         let error = if roughly {

@@ -100,17 +100,19 @@ fn write_data(
     progress: &dyn Progress,
 ) -> io::Result<()> {
     let mut members = Members { zip: Writer::new(file), progress };
-    let runs = mesh::write(&mut members, scene, &layers.facets())?;
-    mesh::write_outlines(&mut members, scene, &store.patches)?;
+    let packing = if view.served { Packing::Packed } else { Packing::Smallest };
+    let runs = mesh::write(&mut members, scene, &layers.facets(), packing)?;
+    mesh::write_outlines(&mut members, scene, &store.patches, packing)?;
     let mut peaks = Vec::new();
     for (k, light) in layers.irradiance.iter().enumerate() {
-        peaks.push(layers::write(&mut members, &format!("light/{k}"), layers.size(), light)?);
+        let name = format!("light/{k}");
+        peaks.push(layers::write(&mut members, &name, layers.size(), light, packing)?);
     }
-    if view.names_patches {
+    if view.served {
         let [width, height] = layers.size();
         let numbers = layers.patches(&store.patches);
         let numbers = numbers.into_iter().map(|p| p.map_or(0, |p| p.0 + 1));
-        members.array("light/patches", &[height, width], Packing::Smallest, numbers)?;
+        members.array("light/patches", &[height, width], packing, numbers)?;
     }
     for (i, texture) in scene.optics.textures.iter().enumerate() {
         members.bytes(&manifest::texture_file(i), Packing::Plain, &texture.encoded)?;

@@ -23,6 +23,7 @@ pub fn write<W: Write + Seek>(
     name: &str,
     [width, height]: [usize; 2],
     light: &[[f32; 3]],
+    packing: Packing,
 ) -> io::Result<f64> {
     let peak = f64::from(light.iter().flatten().copied().fold(0.0, f32::max));
     let codes: Vec<[u16; 3]> = light
@@ -48,7 +49,7 @@ pub fn write<W: Write + Seek>(
     for (part, shift) in [("low", 0), ("high", 8)] {
         let bytes = differences.iter().map(|d| (d >> shift) as u8);
         let shape = [3, height, width];
-        to.array(&format!("{name}_{part}"), &shape, Packing::Smallest, bytes)?;
+        to.array(&format!("{name}_{part}"), &shape, packing, bytes)?;
     }
     Ok(peak)
 }

@@ -39,6 +39,7 @@ pub fn write<W: Write + Seek>(
     to: &mut Members<'_, W>,
     scene: &Scene,
     facets: &[Facet],
+    packing: Packing,
 ) -> io::Result<Vec<Run>> {
     let (g, optics) = (&scene.geometry, &scene.optics);
     let mut of_kind: BTreeMap<(usize, bool), Vec<&Facet>> = BTreeMap::new();
@@ -61,23 +62,23 @@ pub fn write<W: Write + Seek>(
         let p = at_barycentric(g.corners(f.triangle), barycentric(f.corners[k]));
         (p - origin).as_vec3().to_array()
     };
-    to.array("mesh/position", &shape(3), Packing::Smallest, corners().flat_map(position))?;
+    to.array("mesh/position", &shape(3), packing, corners().flat_map(position))?;
     let atlas = |(f, k): (&Facet, usize)| f.atlas[k].to_array().map(whole);
-    to.array("mesh/atlas", &shape(2), Packing::Smallest, corners().flat_map(atlas))?;
+    to.array("mesh/atlas", &shape(2), packing, corners().flat_map(atlas))?;
     if !optics.textures.is_empty() {
         let uv = |(f, k): (&Facet, usize)| {
             let l = barycentric(f.corners[k]);
             let own = optics.uv.get(f.triangle.index()).copied().unwrap_or_default();
             (own[0] * l.x + own[1] * l.y + own[2] * l.z).as_vec2().to_array()
         };
-        to.array("mesh/uv", &shape(2), Packing::Smallest, corners().flat_map(uv))?;
+        to.array("mesh/uv", &shape(2), packing, corners().flat_map(uv))?;
     }
     if !optics.tint.is_empty() {
         let tint = |(f, _): (&Facet, usize)| {
             let tint = optics.tint(f.triangle).clamp(Rgb::ZERO, Rgb::ONE).to_array();
             tint.map(|c| (c * 255.0).round() as u8)
         };
-        to.array("mesh/tint", &shape(3), Packing::Smallest, corners().flat_map(tint))?;
+        to.array("mesh/tint", &shape(3), packing, corners().flat_map(tint))?;
     }
     Ok(runs)
 }
@@ -104,6 +105,7 @@ pub fn write_outlines<W: Write + Seek>(
     to: &mut Members<'_, W>,
     scene: &Scene,
     patches: &Patches,
+    packing: Packing,
 ) -> io::Result<()> {
     let g = &scene.geometry;
     let (middle, half) = frame(scene);
@@ -123,7 +125,7 @@ pub fn write_outlines<W: Write + Seek>(
         }
     }
     let numbers = edges.iter().flatten().flatten().copied();
-    to.array("mesh/outlines", &[2 * edges.len(), 3], Packing::Smallest, numbers)
+    to.array("mesh/outlines", &[2 * edges.len(), 3], packing, numbers)
 }
 
 /// The edges of a patch that only one of its pieces has.

@@ -16,6 +16,7 @@ pub struct PageView {
     pub unit: String,
     /// How well irradiance is known on 80 % of the surface, as a share of it, where that is known.
     pub error: Option<f64>,
-    /// Whether texels say of which patch they are, so that the page can show values of patches.
-    pub names_patches: bool,
+    /// Whether a program serves it: texels then say of which patch they are, so that the page can
+    /// show values of patches, and data is packed more quickly and less tightly.
+    pub served: bool,
 }
