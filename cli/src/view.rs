@@ -8,6 +8,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::Arc;
 use std::thread;
+use std::time::Duration;
 
 use glam::DVec3;
 use hemicube::bake::{BakeOptions, Layers};
@@ -33,6 +34,9 @@ use server::{Answer, Request, Server};
 
 /// Rays a row of the first light.
 const FIRST_SAMPLES: usize = 64;
+
+/// So long the page may still hear why work has failed.
+const FAREWELL: Duration = Duration::from_millis(500);
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
@@ -65,8 +69,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let told = Told { bar: &bar, live: &live };
     let worked = work(scene, args, setup, &told);
     bar.finish();
-    if let Err(failure) = &worked {
-        live.fail(failure.to_string());
+    if let Err(failure) = worked.as_ref().map_err(ToString::to_string) {
+        live.fail(failure);
+        thread::sleep(FAREWELL);
     }
     worked
 }

@@ -42,7 +42,11 @@ export class App {
   private heated = false;
 
   constructor() {
-    this.renderer = new WebGLRenderer({ canvas: this.canvas, antialias: true });
+    try {
+      this.renderer = new WebGLRenderer({ canvas: this.canvas, antialias: true });
+    } catch {
+      throw new Error('it needs a browser with WebGL 2');
+    }
     this.pace = new Pace(this.renderer, () => {
       this.stale.picture = true;
       this.draw();
@@ -264,6 +268,6 @@ export class App {
 export function fail(error: unknown): void {
   const box = byId('failure');
   box.hidden = false;
-  box.textContent = `This page cannot be shown: ${error instanceof Error ? error.message : error}. It needs a browser with WebGL 2.`;
+  box.textContent = `This page cannot go on: ${error instanceof Error ? error.message : error}.`;
   console.error(error);
 }

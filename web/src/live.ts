@@ -142,7 +142,9 @@ export class Live {
 }
 
 async function ask(what: string, method = 'GET'): Promise<Response> {
-  const response = await fetch(what, { method });
+  const response = await fetch(what, { method }).catch(() => {
+    throw new Error('the program that serves it has ended');
+  });
   if (!response.ok) throw new Error(`the program answers ${response.status} to ${what}`);
   return response;
 }
