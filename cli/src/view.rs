@@ -103,6 +103,7 @@ fn work(mut scene: Scene, args: &Args, setup: Setup, told: &Told<'_>) -> Result<
     if !quiet {
         say_patches(&scene, &store.report(&scene), &look.light);
     }
+    told.live.heed();
     // The first time, light by few rays is there already.
     let mut roughly = false;
     loop {

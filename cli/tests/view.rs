@@ -144,6 +144,19 @@ fn a_reflectance_is_solved_again() {
 }
 
 #[test]
+fn a_wish_in_the_midst_of_work_is_heeded() {
+    let [viewer, dark] = [Viewer::start(), Viewer::start()];
+    let wish = format!("Origin: http://{}\r\n", dark.host);
+    assert_eq!(dark.post("reflectance?material=white&reflectance=0,0,0", &wish).0, 200);
+    let light = |v: &Viewer| {
+        v.wait();
+        v.json("row?facet=0&at=2.7,2.7,2.7")["illuminance"].as_f64().unwrap()
+    };
+    let (bright, dark) = (light(&viewer), light(&dark));
+    assert!(dark < 0.9 * bright, "{dark} of {bright}");
+}
+
+#[test]
 fn floods_and_silence_do_no_harm() {
     let viewer = Viewer::start();
     assert_eq!(viewer.send(b"\x16\x03\x01 what is this\r\n\r\n").0, 400);

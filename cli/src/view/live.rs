@@ -48,6 +48,8 @@ struct State {
     lit: Option<Arc<Lit>>,
     done: bool,
     failure: Option<String>,
+    /// Whether work stops for wishes: there is a solution to begin with again.
+    heeds: bool,
     /// Materials that are to reflect otherwise.
     wishes: BTreeMap<String, Rgb>,
 }
@@ -81,7 +83,12 @@ impl Live {
         self.with(|s| (s.done, s.failure) = (true, Some(failure)));
     }
 
-    /// Asks for a material that reflects otherwise; work that is under way stops.
+    /// From now on work stops where something is wished for.
+    pub fn heed(&self) {
+        self.with(|s| s.heeds = true);
+    }
+
+    /// Asks for a material that reflects otherwise; work that heeds wishes stops.
     pub fn wish(&self, material: String, reflectance: Rgb) {
         self.with(|s| {
             s.wishes.insert(material, reflectance);
@@ -139,7 +146,7 @@ impl Progress for Told<'_> {
     fn advance(&self, n: u64) -> Result<(), Cancelled> {
         let stop = self.live.with(|s| {
             s.advanced += n;
-            !s.wishes.is_empty()
+            s.heeds && !s.wishes.is_empty()
         });
         self.bar.advance(n)?;
         if stop { Err(Cancelled) } else { Ok(()) }
