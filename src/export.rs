@@ -30,7 +30,7 @@ pub use exr::write_exr;
 pub use glb::{BakeMode, Baked, write_glb};
 pub use hdr::write_hdr;
 pub use hemi::{read_factors, read_scene, read_sources, read_store, write_hemi};
-pub use html::{PageView, live_page, page_data, write_html};
+pub use html::{MOST_LAYERS, PageView, live_page, page_data, page_facets, write_html};
 pub use jpeg::write_jpeg;
 pub use mtx::write_mtx;
 pub use npy::write_npy;

@@ -39,6 +39,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let (look, run) = (&args.look, &args.look.light.run);
     set_threads(run.threads)?;
+    if args.false_colour.is_some() {
+        return Err(Failure::input("--false-colour is of pages; write one with -o FILE.html"));
+    }
     let mode = args.mode.unwrap_or(ModeArg::Unlit);
     if args.direct && mode != ModeArg::Lightmap {
         return Err(Failure::input("--direct is of --mode lightmap; the others hold all light"));

@@ -4,18 +4,21 @@ use std::path::Path;
 use std::time::Instant;
 
 use hemicube::bake::{BakeOptions, Layers};
-use hemicube::export::{ExportError, PageView, write_html};
-use hemicube::gather::Gatherer;
+use hemicube::export::{ExportError, MOST_LAYERS, PageView, write_html};
+use hemicube::gather::{GatherOptions, Gatherer};
+use hemicube::progress::Progress;
 use hemicube::render::Renderer;
 use hemicube::report::Stage;
 use hemicube::scene::{Rgb, Scene};
+use hemicube::solution::Solution;
 use hemicube::store::Store;
 use hemicube::uncertainty::Uncertainty;
 use hemicube::units::{Bytes, significant};
 use hemicube::visibility::Bvh;
 
-use crate::args::{Bake as Args, Exposure};
+use crate::args::{Bake as Args, Exposure, Look, UnitArg};
 use crate::bake::{failure, gathering, stops_of};
+use crate::doubts::of_balance;
 use crate::failure::Failure;
 use crate::input;
 use crate::outputs;
@@ -40,34 +43,27 @@ pub fn run(args: &Args, output: &Path) -> Result<(), Failure> {
     let Setup { cameras, exposure } = prepare(&mut scene, look, None)?;
     let bar = Bar::new(run.quiet);
     let (store, _) = solutions::store(&scene, &look.input, &look.light, &[], &bar)?;
-    refuse_lost(&store, &scene)?;
+    check(&store, &scene)?;
     let start = Instant::now();
     let mut view = PageView {
         cameras,
         exposure: 0.0,
         tone: tone_of(look.tone),
-        unit: "lx".into(),
+        unit: args.false_colour.unwrap_or(UnitArg::Lux).text().into(),
         error: None,
         served: false,
     };
     let gather = gathering(look);
-    let solution =
-        store.mix(&scene).map_err(|e| solutions::mix_failure(&look.input.model.scene, &e))?;
-    {
-        let field = solution.field_heard(&scene, &bar)?;
-        let bvh = Bvh::new(&scene.geometry);
-        let gatherer = Gatherer::new(&scene, &solution, &field, &bvh, gather);
-        let renderer = Renderer::gathering(&scene, &field, &gatherer);
-        view.exposure = stops_of(&renderer, &view.cameras[0], look, exposure)?;
-        let reflected = solution.reflected_field_heard(&scene, &bar)?;
-        let error = Uncertainty::of_reflected(&scene.geometry, &solution, &reflected);
-        view.error = Some(error.report(&solution).total).filter(|e| e.is_finite());
-    }
+    let solution = mixed(&store, &scene, look)?;
+    look_first(&mut view, (&scene, &solution), look, exposure, Some(gather), &bar)?;
     let options = BakeOptions { texel: args.texel, memory: memory(&look.light) };
     let layers = Layers::new(&scene, &store, &options, Some(gather), &bar).map_err(failure)?;
     write_html(output, &scene, &store, &layers, &view, &bar)
         .map_err(|e: ExportError| Failure::of(e, Failure::failed))?;
     bar.finish();
+    if let Some(doubt) = of_balance(&solution.report).filter(|_| !run.quiet) {
+        say(&format!("warning: {doubt}"));
+    }
     let mut report = store.report(&scene);
     report.stages.push(Stage { name: "page", seconds: start.elapsed().as_secs_f64() });
     if !run.quiet {
@@ -95,9 +91,52 @@ pub fn run(args: &Args, output: &Path) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Refuses sources whose light cannot be brought back: what a texture says of triangles is lost
-/// once it is multiplied by nothing.
-fn refuse_lost(store: &Store, scene: &Scene) -> Result<(), Failure> {
+/// The light of the scene as its sources now are.
+pub fn mixed(store: &Store, scene: &Scene, look: &Look) -> Result<Solution, Failure> {
+    store.mix(scene).map_err(|e| solutions::mix_failure(&look.input.model.scene, &e))
+}
+
+/// Finds the exposure of a page, `made_for` if that is given, and how well its light is known; that
+/// of patches where nothing is gathered.
+pub fn look_first(
+    view: &mut PageView,
+    (scene, solution): (&Scene, &Solution),
+    look: &Look,
+    made_for: Option<f64>,
+    gather: Option<GatherOptions>,
+    progress: &dyn Progress,
+) -> Result<(), Failure> {
+    let field = solution.field_heard(scene, progress)?;
+    let camera = &view.cameras[0];
+    let error = match gather {
+        Some(options) => {
+            let bvh = Bvh::new(&scene.geometry);
+            let gatherer = Gatherer::new(scene, solution, &field, &bvh, options);
+            let renderer = Renderer::gathering(scene, &field, &gatherer);
+            view.exposure = stops_of(&renderer, camera, look, made_for)?;
+            let reflected = solution.reflected_field_heard(scene, progress)?;
+            Uncertainty::of_reflected(&scene.geometry, solution, &reflected)
+        }
+        None => {
+            view.exposure = stops_of(&Renderer::new(scene, &field), camera, look, made_for)?;
+            Uncertainty::of(&scene.geometry, solution, &field)
+        }
+    };
+    view.error = Some(error.report(solution).total).filter(|e| e.is_finite());
+    Ok(())
+}
+
+/// Refuses more sources than graphics cards have layers, and those whose light cannot be brought
+/// back: what a texture says of triangles is lost once it is multiplied by nothing.
+pub fn check(store: &Store, scene: &Scene) -> Result<(), Failure> {
+    let count = store.sources.len();
+    if count > MOST_LAYERS {
+        return Err(Failure::Input(format!(
+            "{}: {count} sources of light are more than the {MOST_LAYERS} that a page holds; put \
+             some together with hemicube solve --group, and give that",
+            scene.name
+        )));
+    }
     let lost = store.sources.iter().find(|source| {
         source.members.iter().any(|m| m.textured)
             && source.weight(scene).is_ok_and(|weight| weight == Rgb::ZERO)

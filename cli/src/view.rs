@@ -4,7 +4,6 @@ mod live;
 mod server;
 
 use std::io::ErrorKind;
-use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::Arc;
 use std::thread;
@@ -12,19 +11,17 @@ use std::time::Duration;
 
 use glam::DVec3;
 use hemicube::bake::{BakeOptions, Layers};
-use hemicube::export::{PageView, live_page, page_data};
-use hemicube::gather::{GatherOptions, Gatherer};
+use hemicube::export::{PageView, live_page, page_data, page_facets};
 use hemicube::progress::Progress;
-use hemicube::render::Renderer;
 use hemicube::scene::Scene;
 use hemicube::store::Store;
 use hemicube::uncertainty::Uncertainty;
-use hemicube::visibility::Bvh;
 
 use crate::args::{EngineArg, Light, View as Args};
-use crate::bake::{failure, gathering, stops_of};
+use crate::bake::{failure, gathering};
 use crate::failure::Failure;
 use crate::input;
+use crate::page::{check, look_first, mixed};
 use crate::render::{light_failure, memory, options_of, say_patches, set_threads, tone_of};
 use crate::solutions::{self, is_solution};
 use crate::staging::{Setup, prepare};
@@ -84,7 +81,7 @@ fn work(mut scene: Scene, args: &Args, setup: Setup, told: &Told<'_>) -> Result<
         cameras: setup.cameras,
         exposure: setup.exposure.unwrap_or_default(),
         tone: tone_of(look.tone),
-        unit: "lx".into(),
+        unit: args.false_colour.text().into(),
         error: None,
         served: true,
     };
@@ -97,9 +94,11 @@ fn work(mut scene: Scene, args: &Args, setup: Setup, told: &Told<'_>) -> Result<
     if sampled && !is_solution(&look.input.model.scene) && look.light.error.is_none() {
         let light = Light { samples: Some(FIRST_SAMPLES), ..look.light.clone() };
         let (store, _) = solutions::store(&scene, &look.input, &light, &[], told)?;
+        check(&store, &scene)?;
         show(&scene, &store, &mut view, true)?;
     }
     let (mut store, factors) = solutions::store(&scene, &look.input, &look.light, &[], told)?;
+    check(&store, &scene)?;
     if !quiet {
         say_patches(&scene, &store.report(&scene), &look.light);
     }
@@ -147,30 +146,12 @@ fn show(
     told: &Told<'_>,
 ) -> Result<(), Failure> {
     let look = &args.look;
-    let path: &Path = &look.input.model.scene;
-    let solution = store.mix(scene).map_err(|e| solutions::mix_failure(path, &e))?;
-    let gather: GatherOptions = gathering(look);
-    let uncertainty;
-    {
-        let field = solution.field_heard(scene, told)?;
-        let bvh = Bvh::new(&scene.geometry);
-        let gatherer = Gatherer::new(scene, &solution, &field, &bvh, gather);
-        let renderer = match roughly {
-            true => Renderer::new(scene, &field),
-            false => Renderer::gathering(scene, &field, &gatherer),
-        };
-        view.exposure = stops_of(&renderer, &view.cameras[0], look, exposure)?;
-        uncertainty = Uncertainty::of(&scene.geometry, &solution, &field);
-        let error = if roughly {
-            uncertainty.report(&solution)
-        } else {
-            let reflected = solution.reflected_field_heard(scene, told)?;
-            Uncertainty::of_reflected(&scene.geometry, &solution, &reflected).report(&solution)
-        };
-        view.error = Some(error.total).filter(|e| e.is_finite());
-    }
+    let solution = mixed(store, scene, look)?;
+    let how = (!roughly).then(|| gathering(look));
+    look_first(view, (scene, &solution), look, exposure, how, told)?;
+    let field = solution.field_heard(scene, told)?;
+    let uncertainty = Uncertainty::of(&scene.geometry, &solution, &field);
     let options = BakeOptions { texel: args.texel, memory: memory(&look.light) };
-    let how = (!roughly).then_some(gather);
     let layers = Layers::new(scene, store, &options, how, told).map_err(failure)?;
     let data =
         page_data(scene, store, &layers, view, told as &dyn Progress).map_err(|e| {
@@ -179,8 +160,8 @@ fn show(
                 _ => Failure::failed(e),
             }
         })?;
-    let scene = scene.clone();
-    told.live.show(data, Lit { scene, solution, uncertainty, facets: layers.facets() });
+    let (scene, facets) = (scene.clone(), page_facets(scene, &layers));
+    told.live.show(data, Lit { scene, solution, uncertainty, facets });
     Ok(())
 }
 
@@ -208,7 +189,8 @@ fn answer(request: &Request, page: &Arc<Vec<u8>>, live: &Live) -> Answer {
         "row" => {
             let facet = request.value("facet").and_then(|f| f.parse().ok());
             let at = request.value("at").and_then(point);
-            let found = facet.zip(at).zip(live.lit());
+            let version = request.value("version").and_then(|v| v.parse().ok());
+            let found = facet.zip(at).zip(version.and_then(|v| live.lit_of(v)));
             found
                 .and_then(|((facet, at), lit)| lit.row(facet, at))
                 .map_or_else(unknown, |r| json(&r))

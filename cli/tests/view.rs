@@ -9,9 +9,13 @@ use std::process::{Child, Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use glam::DVec3;
+use hemicube::bake::{BakeOptions, Layers};
 use hemicube::engines::{Draw, Hemicube, HemicubeOptions};
+use hemicube::export::page_facets;
 use hemicube::form_factors::Row;
 use hemicube::patches::PatchId;
+use hemicube::store::sources;
 use hemicube::{LightOptions, Scene, Silent};
 use serde_json::Value;
 
@@ -77,6 +81,18 @@ impl Viewer {
         serde_json::from_slice(&body).unwrap()
     }
 
+    /// The row at a place of a triangle.
+    fn row(&self, facet: usize) -> Value {
+        let version = self.json("state")["version"].as_u64().unwrap();
+        self.json(&format!("row?version={version}&facet={facet}&at=0.2,0.5,0.3"))
+    }
+
+    /// The sum of what some triangles receive.
+    fn light(&self) -> f64 {
+        self.wait();
+        (0..20).map(|f| self.row(f)["illuminance"].as_f64().unwrap()).sum()
+    }
+
     fn wait(&self) {
         let start = Instant::now();
         while self.json("state")["done"] != true {
@@ -130,9 +146,7 @@ fn only_who_has_the_secret_is_answered() {
 #[test]
 fn a_reflectance_is_solved_again() {
     let viewer = Viewer::start();
-    viewer.wait();
-    let light = || viewer.json("row?facet=0&at=2.7,2.7,2.7")["illuminance"].as_f64().unwrap();
-    let (before, version) = (light(), viewer.json("state")["version"].as_u64().unwrap());
+    let (before, version) = (viewer.light(), viewer.json("state")["version"].as_u64().unwrap());
     let from_here = format!("Origin: http://{}\r\n", viewer.host);
     for wish in ["0.1,0.1,0.1", "0,0,0"] {
         let what = format!("reflectance?material=%77hite&reflectance={wish}");
@@ -140,7 +154,8 @@ fn a_reflectance_is_solved_again() {
     }
     viewer.wait();
     assert!(viewer.json("state")["version"].as_u64().unwrap() > version);
-    assert!(light() < 0.9 * before, "{} of {before}", light());
+    let dark = viewer.light();
+    assert!(dark < 0.9 * before, "{dark} of {before}");
 }
 
 #[test]
@@ -148,11 +163,7 @@ fn a_wish_in_the_midst_of_work_is_heeded() {
     let [viewer, dark] = [Viewer::start(), Viewer::start()];
     let wish = format!("Origin: http://{}\r\n", dark.host);
     assert_eq!(dark.post("reflectance?material=white&reflectance=0,0,0", &wish).0, 200);
-    let light = |v: &Viewer| {
-        v.wait();
-        v.json("row?facet=0&at=2.7,2.7,2.7")["illuminance"].as_f64().unwrap()
-    };
-    let (bright, dark) = (light(&viewer), light(&dark));
+    let (bright, dark) = (viewer.light(), dark.light());
     assert!(dark < 0.9 * bright, "{dark} of {bright}");
 }
 
@@ -181,13 +192,26 @@ fn floods_and_silence_do_no_harm() {
 fn a_row_is_the_engine_s_and_ctrl_c_ends() {
     let mut viewer = Viewer::start();
     viewer.wait();
-    let row = viewer.json("row?facet=0&at=2.7,2.7,2.7");
     let scene = Scene::builtin("cornell-box").unwrap();
     let options = LightOptions { patch_size: Some(0.5), ..LightOptions::default() };
-    let patches = scene.light(&options, &Silent).unwrap().solution.patches;
+    let all = sources(&scene, &[]).unwrap();
+    let (store, _) = scene.solve(all, &options, &Silent).unwrap();
+    let patches = &*store.patches;
+    let texels = BakeOptions { texel: Some(0.2), ..BakeOptions::default() };
+    let layers = Layers::new(&scene, &store, &texels, None, &Silent).unwrap();
+    // The page numbers triangles by material, and sees them from their side.
+    let facets = page_facets(&scene, &layers);
+    for (number, facet) in facets.iter().enumerate() {
+        let mut l = DVec3::ZERO;
+        facet.around().into_iter().zip([0.2, 0.5, 0.3]).for_each(|(k, share)| l[k] = share);
+        let wanted = patches.at(facet.point(l)).unwrap();
+        assert_eq!(viewer.row(number)["patch"], wanted.0, "{number}");
+    }
+    let busy = (0..facets.len()).find(|f| viewer.row(*f)["illuminance"].as_f64() > Some(0.5));
+    let row = viewer.row(busy.unwrap());
     assert_eq!(row["patches"].as_u64().unwrap() as usize, patches.len());
     let hemicube = HemicubeOptions { resolution: 256, draw: Draw::Patches };
-    let engine = Hemicube::new(&scene.geometry, &patches, hemicube).unwrap();
+    let engine = Hemicube::new(&scene.geometry, patches, hemicube).unwrap();
     let id = PatchId(row["patch"].as_u64().unwrap() as u32);
     let mut wanted = Row::default();
     engine.row(id, &mut wanted);
@@ -199,6 +223,7 @@ fn a_row_is_the_engine_s_and_ctrl_c_ends() {
     assert!(columns.len() > 10);
     assert_eq!(numbers("columns"), columns);
     assert_eq!(numbers("factors"), factors);
+    assert_eq!(viewer.get("row?version=999&facet=0&at=0.3,0.4,0.3").0, 404, "another version");
     let (status, png) = viewer.get(&format!("hemicube?patch={}", id.0));
     assert_eq!(status, 200);
     assert_eq!(&png[..8], b"\x89PNG\r\n\x1a\n");

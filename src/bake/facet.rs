@@ -1,7 +1,8 @@
 //! Triangles of a baked model.
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
+use crate::patches::SurfacePoint;
 use crate::scene::{Side, TriangleId};
 
 /// A triangle of a baked model.
@@ -20,4 +21,23 @@ pub struct Facet {
     pub chart: u32,
     /// Radiance at the corners, W/(m² sr) or cd/m².
     pub radiance: [[f32; 3]; 3],
+}
+
+impl Facet {
+    /// The corners, counter-clockwise seen from its side.
+    #[must_use]
+    pub fn around(&self) -> [usize; 3] {
+        match self.side {
+            Side::Front => [0, 1, 2],
+            Side::Back => [0, 2, 1],
+        }
+    }
+
+    /// The point with these barycentric coordinates, corners in the order of `corners`.
+    #[must_use]
+    pub fn point(&self, l: DVec3) -> SurfacePoint {
+        let [a, b, c] = self.corners;
+        let uv = a * l.x + b * l.y + c * l.z;
+        SurfacePoint { triangle: self.triangle, side: self.side, uv }
+    }
 }

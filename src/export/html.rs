@@ -18,7 +18,7 @@ mod manifest;
 mod mesh;
 mod view;
 
-use std::io::{self, Cursor};
+use std::io::{self, Cursor, Write};
 use std::path::Path;
 
 use base64::Engine;
@@ -27,12 +27,13 @@ use base64::engine::general_purpose::STANDARD;
 use super::ExportError;
 use super::archive_writer::Writer;
 use super::members::{Members, Packing};
-use super::target::write_whole;
+use super::target::write_with;
 use crate::bake::Layers;
-use crate::progress::{Cancelled, Progress};
+use crate::progress::Progress;
 use crate::scene::Scene;
 use crate::store::Store;
-pub use view::PageView;
+pub use mesh::page_facets;
+pub use view::{MOST_LAYERS, PageView};
 
 const PAGE: &str = include_str!("../../web/page.html");
 const SCRIPT: &str = include_str!("../../web/dist/page.js");
@@ -49,20 +50,14 @@ pub fn write_html(
     view: &PageView,
     progress: &dyn Progress,
 ) -> Result<(), ExportError> {
-    let data = page_data(scene, store, layers, view, progress);
-    let data = data.map_err(|e| match e.kind() {
-        io::ErrorKind::Interrupted => ExportError::Cancelled(Cancelled),
-        _ => ExportError::Encode { path: path.to_path_buf(), message: e.to_string() },
-    })?;
-    // What is put in last is largest, and nothing is looked for in it.
     let (before, after) = PAGE.split_once("{{data}}").unwrap_or((PAGE, ""));
-    let title = escaped(&scene.name);
-    let page = [
-        &before.replace("{{title}}", &title).replace("{{own}}", ""),
-        &STANDARD.encode(data),
-        &after.replace("{{script}}", SCRIPT),
-    ];
-    write_whole(path, page.map(|s| s.as_str()).concat().as_bytes())
+    let before = before.replace("{{title}}", &escaped(&scene.name)).replace("{{own}}", "");
+    write_with(path, |file| {
+        let data = page_data(scene, store, layers, view, progress)?;
+        file.write_all(before.as_bytes())?;
+        file.write_all(STANDARD.encode(data).as_bytes())?;
+        file.write_all(after.replace("{{script}}", SCRIPT).as_bytes())
+    })
 }
 
 /// A page without data, for a program that serves it: the page asks it for `state` and `data`.
@@ -101,7 +96,7 @@ fn write_data(
 ) -> io::Result<()> {
     let mut members = Members { zip: Writer::new(file), progress };
     let packing = if view.served { Packing::Packed } else { Packing::Smallest };
-    let runs = mesh::write(&mut members, scene, &layers.facets(), packing)?;
+    let runs = mesh::write(&mut members, scene, &page_facets(scene, layers), packing)?;
     mesh::write_outlines(&mut members, scene, &store.patches, packing)?;
     let mut peaks = Vec::new();
     for (k, light) in layers.irradiance.iter().enumerate() {

@@ -40,7 +40,7 @@ pub fn weighted(corners: [DVec2; 3], l: DVec3) -> DVec2 {
 
 /// A point of a facet, by barycentric weights.
 pub fn point(facet: &Facet, l: DVec3) -> SurfacePoint {
-    SurfacePoint { triangle: facet.triangle, side: facet.side, uv: weighted(facet.corners, l) }
+    facet.point(l)
 }
 
 /// Corner positions of a facet, m.

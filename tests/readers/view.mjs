@@ -44,6 +44,16 @@ try {
   await page.locator('canvas').click({ position: { x: 300, y: 600 } });
   await page.waitForFunction(() => window.hemicube.live.row);
   const row = await page.evaluate(() => window.hemicube.live.row);
+  // The patch under the pointer is marked.
+  const marked = await page.evaluate(([x, y]) => {
+    const { app } = window.hemicube;
+    app.draw();
+    const context = new OffscreenCanvas(1, 1).getContext('2d');
+    const ratio = app.canvas.width / app.canvas.clientWidth;
+    context.drawImage(app.canvas, -Math.floor(x * ratio), -Math.floor(y * ratio));
+    return [...context.getImageData(0, 0, 1, 1).data].slice(0, 3);
+  }, [300, 600]);
+  expect(marked[0] > 240 && marked[1] < 110 && marked[2] < 80, `the patch that was clicked is red: ${marked}`);
   const sum = row.factors.reduce((all, f) => all + f, 0);
   expect(Math.abs(sum + row.environment - 1) < 1e-3, `a row sums to ${sum.toFixed(4)}, ${row.environment.toFixed(4)} escape`);
   const shown = await page.evaluate(({ columns, factors }) => {

@@ -33,7 +33,7 @@ export class App {
   private asked = false;
   // Where the pointer is in the picture, 0..1 from its upper left.
   private pointer: [number, number] | null = null;
-  private pixels = [0, 1].map(() => new WebGLRenderTarget(1, 1, { type: FloatType }));
+  private pixel = new WebGLRenderTarget(1, 1, { type: FloatType });
   private exposure!: Slider;
   private range!: Slider;
   private outlines!: HTMLInputElement;
@@ -115,22 +115,20 @@ export class App {
     const { camera, renderer, canvas: { clientWidth: width, clientHeight: height } } = this;
     const { surfaces, manifest } = this.shown;
     camera.setViewOffset(width, height, x * width - 0.5, y * height - 0.5, 1, 1);
-    const [values, names] = [Mode.Measure, Mode.Name].map((mode, k) => {
-      const found = new Float32Array(4);
-      surfaces.drawn(mode, () => {
-        renderer.setRenderTarget(this.pixels[k]);
-        renderer.setClearAlpha(0);
-        renderer.render(surfaces.scene, camera);
-        renderer.readRenderTargetPixels(this.pixels[k], 0, 0, 1, 1, found);
-        renderer.setRenderTarget(null);
-      });
-      return found;
+    const found = new Float32Array(4);
+    surfaces.measuring(() => {
+      renderer.setRenderTarget(this.pixel);
+      renderer.setClearAlpha(0);
+      renderer.render(surfaces.scene, camera);
+      renderer.readRenderTargetPixels(this.pixel, 0, 0, 1, 1, found);
+      renderer.setRenderTarget(null);
     });
     camera.clearViewOffset();
-    if (values[3] < 0.5) return null;
-    const irradiance = [values[0], values[1], values[2]] as Triple;
-    const material = manifest.materials[Math.round(values[3]) - 1].name;
-    return { illuminance: dot(irradiance, LUMINANCE), irradiance, material, facet: Math.round(names[0]) + 65536 * Math.round(names[1]) };
+    const facet = Math.round(found[3]) - 1;
+    const material = manifest.materials.find(({ first, count }) => 3 * facet >= first && 3 * facet < first + count);
+    if (!material) return null;
+    const irradiance = [found[0], found[1], found[2]] as Triple;
+    return { illuminance: dot(irradiance, LUMINANCE), irradiance, material: material.name, facet };
   }
 
   // What a reading says.
@@ -139,9 +137,9 @@ export class App {
     return reading ? `${significant(reading.illuminance)} ${unit.illuminance} on ${reading.material}` : 'No surface there.';
   }
 
-  // Where the ray through a place of the picture meets the plane of a facet, in the model's metres.
-  async place(x: number, y: number, facet: number): Promise<Triple> {
-    return this.shown.surfaces.meet(this.camera, [2 * x - 1, 1 - 2 * y], facet, this.manifest.origin);
+  // Where on a facet a place of the picture lies: barycentric coordinates.
+  place(x: number, y: number, facet: number): Triple | null {
+    return this.shown.surfaces.meet(this.camera, [2 * x - 1, 1 - 2 * y], facet);
   }
 
   // Shows a value for each patch, as shares of the largest; none: the picture again.

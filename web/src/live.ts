@@ -107,8 +107,14 @@ export class Live {
       this.close();
       return;
     }
-    const place = await app.place(x, y, reading.facet);
-    const row = await (await ask(`row?facet=${reading.facet}&at=${place.join(',')}`)).json() as Row;
+    const place = app.place(x, y, reading.facet)?.join(',');
+    const answer = await ask(`row?version=${this.version}&facet=${reading.facet}&at=${place}`, 'GET', [404]);
+    // Light that is not shown yet has other triangles, and some places belong to no patch.
+    if (!answer.ok) {
+      byId('spoken').textContent = 'Nothing is known of that place yet.';
+      return;
+    }
+    const row = await answer.json() as Row;
     this.row = row;
     const values = new Float32Array(row.patches);
     const most = row.factors.reduce((largest, f) => Math.max(largest, f), Number.MIN_VALUE);
@@ -141,10 +147,11 @@ export class Live {
   }
 }
 
-async function ask(what: string, method = 'GET'): Promise<Response> {
+// An answer of the program, with one of these statuses if not well.
+async function ask(what: string, method = 'GET', expected: number[] = []): Promise<Response> {
   const response = await fetch(what, { method }).catch(() => {
     throw new Error('the program that serves it has ended');
   });
-  if (!response.ok) throw new Error(`the program answers ${response.status} to ${what}`);
+  if (!response.ok && !expected.includes(response.status)) throw new Error(`the program answers ${response.status} to ${what}`);
   return response;
 }

@@ -10,8 +10,8 @@ const VIRIDIS = [
 // The map as a background of CSS, from left to right.
 export const LEGEND = `linear-gradient(to right, ${VIRIDIS.map((c) => `rgb(${c.join(' ')})`).join(', ')})`;
 
-// Name: the number of a triangle, its low 16 bits in red. Heat: a value for each patch.
-export enum Mode { Picture, FalseColour, Measure, Name, Heat }
+// Measure: irradiance, and the number of the triangle, from 1 on. Heat: a value for each patch.
+export enum Mode { Picture, FalseColour, Measure, Heat }
 
 // Octaves below the largest value that have colours.
 export const HEAT_OCTAVES = 12;
@@ -86,7 +86,6 @@ uniform float unit;
 uniform float most;
 uniform vec3 reflectance;
 uniform vec3 emission;
-uniform int number;
 uniform int mode;
 uniform int tone;
 uniform float exposure;
@@ -113,11 +112,7 @@ const vec3 VIRIDIS[${VIRIDIS.length}] = vec3[](
 void main() {
   vec3 irradiance = texture(light, texel).rgb * unit;
   if (mode == ${Mode.Measure}) {
-    shown = vec4(irradiance, float(number + 1));
-    return;
-  }
-  if (mode == ${Mode.Name}) {
-    shown = vec4(float(facet & 65535), float(facet >> 16), 0.0, 1.0);
+    shown = vec4(irradiance, float(facet + 1));
     return;
   }
 #ifdef MAPPED
@@ -161,7 +156,7 @@ uniform float exposure;
 flat out vec4 colour;
 ${TONE}
 void main() {
-  if (mode == ${Mode.Measure} || mode == ${Mode.Name}) colour = vec4(0.0);
+  if (mode == ${Mode.Measure}) colour = vec4(0.0);
   else if (mode != ${Mode.Picture}) colour = vec4(vec3(0.08), 1.0);
   else colour = vec4(srgb(toned(emission * exposure)), 1.0);
   gl_Position = vec4(position.xy, 1.0, 1.0);

@@ -1,8 +1,8 @@
 // The model: its surfaces by material, and the outlines of its patches.
 import {
   BufferAttribute, BufferGeometry, ClampToEdgeWrapping, DataTexture, FloatType, FrontSide, GLSL3, LineBasicMaterial,
-  LineSegments, LinearFilter, LinearMipmapLinearFilter, Mesh, MirroredRepeatWrapping, PlaneGeometry, RawShaderMaterial,
-  RedFormat, RedIntegerFormat, RepeatWrapping, Scene, SRGBColorSpace, Texture, UnsignedIntType, Vector3, type IUniform,
+  LineSegments, LinearFilter, LinearMipmapLinearFilter, Mesh, MirroredRepeatWrapping, Plane, PlaneGeometry, RawShaderMaterial, Ray,
+  RedFormat, RedIntegerFormat, RepeatWrapping, Scene, SRGBColorSpace, Texture, Triangle, UnsignedIntType, Vector3, type IUniform,
   type PerspectiveCamera,
 } from 'three';
 import type { Archive } from './archive';
@@ -53,7 +53,7 @@ export class Surfaces {
     const materials = manifest.materials.map((head, number) => {
       const textured = head.texture !== null || head.emissionTexture !== null;
       const uniforms: Record<string, IUniform> = {
-        ...all.shared, number: { value: number }, reflectance: { value: new Vector3(...head.reflectance) },
+        ...all.shared, reflectance: { value: new Vector3(...head.reflectance) },
         emission: { value: new Vector3() }, reflectanceMap: map(head.texture), emissionMap: map(head.emissionTexture),
       };
       all.lit.push({ uniforms, source: head.source, emission: head.emission });
@@ -114,15 +114,14 @@ export class Surfaces {
     this.shared.values.value = texture;
   }
 
-  // Where the ray through a place of the picture (-1..1) meets the plane of a facet.
-  meet(camera: PerspectiveCamera, [x, y]: [number, number], facet: number, origin: Triple): Triple {
+  // Where the ray through a place of the picture (-1..1) meets a facet: barycentric coordinates.
+  meet(camera: PerspectiveCamera, [x, y]: [number, number], facet: number): Triple | null {
     const corner = (k: number) => new Vector3().fromBufferAttribute(this.geometry.getAttribute('position'), 3 * facet + k);
-    const [a, b, c] = [corner(0), corner(1), corner(2)];
-    const normal = b.clone().sub(a).cross(c.sub(a));
-    const eye = camera.position.clone();
-    const ray = new Vector3(x, y, 0.5).unproject(camera).sub(eye);
-    const at = eye.addScaledVector(ray, normal.dot(a.clone().sub(eye)) / normal.dot(ray));
-    return at.add(new Vector3(...origin)).toArray();
+    const triangle = new Triangle(corner(0), corner(1), corner(2));
+    const eye = camera.position;
+    const ray = new Ray(eye, new Vector3(x, y, 0.5).unproject(camera).sub(eye).normalize());
+    const at = ray.intersectPlane(triangle.getPlane(new Plane()), new Vector3());
+    return at && (triangle.getBarycoord(at, new Vector3())?.toArray() ?? null);
   }
 
   dispose(): void {
@@ -134,11 +133,11 @@ export class Surfaces {
     });
   }
 
-  // Calls `draw` with surfaces alone, in a mode.
-  drawn<T>(which: Mode, draw: () => T): T {
+  // Calls `draw` with surfaces alone, to be measured.
+  measuring<T>(draw: () => T): T {
     const { mode } = this.shared;
     const before = [mode.value as Mode, this.outlines?.visible ?? false] as const;
-    mode.value = which;
+    mode.value = Mode.Measure;
     if (this.outlines) this.outlines.visible = false;
     try {
       return draw();

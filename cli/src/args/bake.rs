@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use super::Look;
 use super::values::length;
+use super::{Look, UnitArg};
 
 /// Shown below the long help.
 pub const EXAMPLES: &str = "Examples:
@@ -39,6 +39,10 @@ pub struct Bake {
     /// lightmap: also the direct light of lamps, which are left out then
     #[arg(long)]
     pub direct: bool,
+
+    /// A page: the unit of its illuminances [default: lux]
+    #[arg(long, visible_alias = "false-color", value_name = "UNIT", value_enum)]
+    pub false_colour: Option<UnitArg>,
 
     /// Of what.
     #[command(flatten)]

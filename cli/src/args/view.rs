@@ -2,8 +2,8 @@
 
 use clap::Args;
 
-use super::Look;
 use super::values::length;
+use super::{Look, UnitArg};
 
 /// Shown below the long help.
 pub const EXAMPLES: &str = "Examples:
@@ -28,6 +28,13 @@ pub struct View {
     /// Width of a texel on surfaces, in metres [default: one of about 260000 texels in all]
     #[arg(long, value_name = "SIZE", value_parser = length)]
     pub texel: Option<f64>,
+
+    /// The unit of illuminances
+    #[arg(
+        long, visible_alias = "false-color", value_name = "UNIT", value_enum,
+        default_value_t = UnitArg::Lux
+    )]
+    pub false_colour: UnitArg,
 
     /// Of what.
     #[command(flatten)]

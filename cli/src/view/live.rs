@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 use hemicube::bake::Facet;
 use hemicube::engines::{Draw, Hemicube, HemicubeOptions, Item};
 use hemicube::export::encode_picture;
 use hemicube::form_factors::Row;
-use hemicube::patches::{PatchId, SurfacePoint};
+use hemicube::patches::PatchId;
 use hemicube::progress::{Cancelled, Progress};
 use hemicube::render::Picture;
 use hemicube::scene::{Rgb, Scene, luminance};
@@ -129,6 +129,11 @@ impl Live {
     pub fn lit(&self) -> Option<Arc<Lit>> {
         self.with(|s| s.lit.clone())
     }
+
+    /// The same, if it is of that version: facets have other numbers in another.
+    pub fn lit_of(&self, version: u64) -> Option<Arc<Lit>> {
+        self.with(|s| s.lit.clone().filter(|_| s.version == version))
+    }
 }
 
 /// Tells a terminal and a page how far work is.
@@ -158,23 +163,16 @@ impl Progress for Told<'_> {
 }
 
 impl Lit {
-    /// The row of form factors of the patch at a point (m) of a facet.
+    /// The row of form factors of the patch at a place of a facet: barycentric coordinates, corners
+    /// as the page has them.
     pub fn row(&self, facet: usize, at: DVec3) -> Option<Value> {
         let facet = self.facets.get(facet)?;
         let g = &self.scene.geometry;
-        let [a, b, c] = g.corners(facet.triangle);
-        let (u, v, d) = (b - a, c - a, at - a);
-        let normal = u.cross(v);
-        let square = normal.length_squared();
-        let x = d.cross(v).dot(normal) / square;
-        let y = u.cross(d).dot(normal) / square;
-        if !(x.is_finite() && y.is_finite()) {
-            return None;
-        }
+        let mut l = DVec3::ZERO;
         // Rounding may have led beyond an edge.
-        let (x, y) = (x.clamp(0.0, 1.0), y.clamp(0.0, 1.0));
-        let uv = DVec2::new(x, y) / (x + y).max(1.0);
-        let point = SurfacePoint { triangle: facet.triangle, side: facet.side, uv };
+        let at = at.max(DVec3::ZERO);
+        facet.around().into_iter().zip(at.to_array()).for_each(|(k, share)| l[k] = share);
+        let point = facet.point(l / l.element_sum().max(f64::MIN_POSITIVE));
         let patches = &self.solution.patches;
         let id = patches.at(point)?;
         // By a hemicube, which sees all; rows of sampled rays have holes.

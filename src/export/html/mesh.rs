@@ -1,13 +1,13 @@
 //! Triangles of a page by material, and the outlines of patches.
 
-use std::collections::{BTreeMap, HashSet};
+use std::collections::HashSet;
 use std::io::{self, Seek, Write};
 
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 
-use crate::bake::Facet;
+use crate::bake::{Facet, Layers};
 use crate::export::members::{Members, Packing};
-use crate::patches::{Cell, PatchId, Patches, at_barycentric};
+use crate::patches::{Cell, PatchId, Patches};
 use crate::scene::{Rgb, Scene, Side};
 
 /// Corners that follow each other and look alike.
@@ -34,7 +34,23 @@ pub fn frame(scene: &Scene) -> (DVec3, DVec3) {
     ((low + high) / 2.0, (high - low) / 2.0)
 }
 
-/// Writes triangles, material by material.
+/// The triangles of a page in the order in which it numbers them: by material, and by whether it
+/// emits on their side.
+#[must_use]
+pub fn page_facets(scene: &Scene, layers: &Layers) -> Vec<Facet> {
+    let mut facets = layers.facets();
+    facets.sort_by_key(|f| kind(scene, f));
+    facets
+}
+
+/// The material of a facet, and whether it emits on its side.
+fn kind(scene: &Scene, facet: &Facet) -> (usize, bool) {
+    let material = scene.optics.material_of[facet.triangle.index()] as usize;
+    let both = scene.optics.materials[material].emits_both;
+    (material, facet.side == Side::Front || both)
+}
+
+/// Writes triangles that are in the order of [`page_facets`].
 pub fn write<W: Write + Seek>(
     to: &mut Members<'_, W>,
     scene: &Scene,
@@ -42,32 +58,26 @@ pub fn write<W: Write + Seek>(
     packing: Packing,
 ) -> io::Result<Vec<Run>> {
     let (g, optics) = (&scene.geometry, &scene.optics);
-    let mut of_kind: BTreeMap<(usize, bool), Vec<&Facet>> = BTreeMap::new();
-    for facet in facets {
-        let material = optics.material_of[facet.triangle.index()] as usize;
-        let emits = facet.side == Side::Front || optics.materials[material].emits_both;
-        of_kind.entry((material, emits)).or_default().push(facet);
-    }
     let mut runs = Vec::new();
     let mut first = 0;
-    for (&(material, emits), facets) in &of_kind {
-        let count = 3 * facets.len();
+    for alike in facets.chunk_by(|a, b| kind(scene, a) == kind(scene, b)) {
+        let (material, emits) = kind(scene, &alike[0]);
+        let count = 3 * alike.len();
         runs.push(Run { material, emits, first, count });
         first += count;
     }
-    let corners = || of_kind.values().flatten().flat_map(|f| corners(f).map(move |k| (*f, k)));
+    let corners = || facets.iter().flat_map(|f| f.around().map(move |k| (f, k)));
+    let point = |(f, k): (&Facet, usize)| f.point(DVec3::AXES[k]);
     let shape = |width: usize| [first, width];
     let origin = frame(scene).0;
-    let position = |(f, k): (&Facet, usize)| {
-        let p = at_barycentric(g.corners(f.triangle), barycentric(f.corners[k]));
-        (p - origin).as_vec3().to_array()
-    };
+    let position =
+        |(f, k): (&Facet, usize)| (point((f, k)).position(g) - origin).as_vec3().to_array();
     to.array("mesh/position", &shape(3), packing, corners().flat_map(position))?;
     let atlas = |(f, k): (&Facet, usize)| f.atlas[k].to_array().map(whole);
     to.array("mesh/atlas", &shape(2), packing, corners().flat_map(atlas))?;
     if !optics.textures.is_empty() {
         let uv = |(f, k): (&Facet, usize)| {
-            let l = barycentric(f.corners[k]);
+            let l = point((f, k)).barycentric();
             let own = optics.uv.get(f.triangle.index()).copied().unwrap_or_default();
             (own[0] * l.x + own[1] * l.y + own[2] * l.z).as_vec2().to_array()
         };
@@ -81,18 +91,6 @@ pub fn write<W: Write + Seek>(
         to.array("mesh/tint", &shape(3), packing, corners().flat_map(tint))?;
     }
     Ok(runs)
-}
-
-/// The corners of a facet, counter-clockwise seen from its side.
-fn corners(facet: &Facet) -> [usize; 3] {
-    match facet.side {
-        Side::Front => [0, 1, 2],
-        Side::Back => [0, 2, 1],
-    }
-}
-
-fn barycentric(uv: DVec2) -> DVec3 {
-    DVec3::new(1.0 - uv.x - uv.y, uv.x, uv.y)
 }
 
 /// 0..1 as a whole number of 16 bits.

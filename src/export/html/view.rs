@@ -3,6 +3,9 @@
 use crate::scene::Camera;
 use crate::tone::Tone;
 
+/// Most sources of a page: so many layers every graphics card has that knows WebGL 2.
+pub const MOST_LAYERS: usize = 256;
+
 /// How a page looks at first.
 #[derive(Debug, Clone)]
 pub struct PageView {
