@@ -47,6 +47,7 @@ try {
   // The patch under the pointer is marked.
   const marked = await page.evaluate(([x, y]) => {
     const { app } = window.hemicube;
+    app.ask('picture');
     app.draw();
     const context = new OffscreenCanvas(1, 1).getContext('2d');
     const ratio = app.canvas.width / app.canvas.clientWidth;
