@@ -43,7 +43,7 @@ impl<'a> Bake<'a> {
         let Solution { patches, usable, irradiance, .. } = solution;
         let sides = Sides::of(scene, patches, usable, &[irradiance]);
         let atlas = Atlas::of(&sides, gathered, options, 1, progress)?;
-        let [irradiance, shown] = light_texels(&atlas, renderer, map, progress)?;
+        let [irradiance, shown] = light_texels(&atlas, renderer, Some(&map), progress)?;
         Ok(Self { renderer, scene, atlas, irradiance, shown })
     }
 

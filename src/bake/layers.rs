@@ -59,7 +59,7 @@ impl Layers {
             };
             irradiance.push(match gather {
                 Some(_) => {
-                    let [light, _] = light_texels(atlas, &renderer, |_| [0.0; 3], progress)?;
+                    let [light, _] = light_texels(atlas, &renderer, None, progress)?;
                     light
                 }
                 None => field_texels(atlas, &field, &scene.geometry),

@@ -14,12 +14,15 @@ use crate::scene::Geometry;
 /// A value of each texel, row by row from the top.
 type Values = Vec<[f32; 3]>;
 
+/// What a texel holds of what a place shows.
+type Map<'a> = dyn Fn(&Sight) -> [f32; 3] + Sync + 'a;
+
 /// The irradiance of each texel (W/m² or lx), and the mean of what `map` makes of what its places
-/// show.
+/// show; zeros without a map.
 pub(super) fn light_texels(
     atlas: &Atlas,
     renderer: &Renderer<'_>,
-    map: impl Fn(&Sight) -> [f32; 3] + Sync,
+    map: Option<&Map<'_>>,
     progress: &dyn Progress,
 ) -> Result<[Values; 2], BakeError> {
     let Some(gathered) = renderer.gathered_light() else { return Err(BakeError::Nothing) };
@@ -44,11 +47,11 @@ pub(super) fn light_texels(
                     for (sample, at) in samples.iter().enumerate() {
                         let (_, light) = lit.of(band * BAND * w + cell, sample);
                         let Some((at, light)) = at.zip(light) else { continue };
-                        let value = map(&renderer.sight(at, light.irradiance));
                         let e = light.irradiance.as_vec3().to_array();
-                        for c in 0..3 {
-                            irradiance[cell][c] += e[c];
-                            shown[cell][c] += value[c];
+                        (0..3).for_each(|c| irradiance[cell][c] += e[c]);
+                        if let Some(map) = map {
+                            let value = map(&renderer.sight(at, light.irradiance));
+                            (0..3).for_each(|c| shown[cell][c] += value[c]);
                         }
                         count += 1.0;
                     }

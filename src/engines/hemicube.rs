@@ -197,6 +197,35 @@ mod tests {
     }
 
     #[test]
+    fn a_hemicube_laid_flat_goes_on_over_the_edges_of_its_top() {
+        let g = cube();
+        let p = Patches::uniform(&g, 1.0).unwrap();
+        let n = 64;
+        let of = |draw| Hemicube::new(&g, &p, HemicubeOptions { resolution: n, draw }).unwrap();
+        assert_eq!(of(Draw::Sources).net(PatchId(0)), None);
+        let net = of(Draw::Patches).net(PatchId(0)).unwrap();
+        assert_eq!((net.size, net.pixels.len()), (2 * n, 4 * n * n));
+        assert_eq!(net.pixels.iter().flatten().count(), 3 * n * n, "five faces");
+        let at = |x: usize, y: usize| net.pixels[y * net.size + x].unwrap();
+        let (first, last) = (n / 2, 3 * n / 2 - 1);
+        let across = (first..=last).flat_map(|i| {
+            [
+                [at(i, first), at(i, first - 1)],
+                [at(i, last), at(i, last + 1)],
+                [at(first, i), at(first - 1, i)],
+                [at(last, i), at(last + 1, i)],
+            ]
+        });
+        let same = across.filter(|[a, b]| a == b).count();
+        assert!(same >= 4 * n * 9 / 10, "{same} of {}", 4 * n);
+        let mut row = Row::default();
+        of(Draw::Patches).row(PatchId(0), &mut row);
+        for (j, _) in row.entries() {
+            assert!(net.pixels.contains(&Some(Item::Patch(j))), "{j:?}");
+        }
+    }
+
+    #[test]
     fn leaving_out_the_backs_of_bodies_changes_no_row_by_more_than_a_silhouette() {
         for name in ["paper-1", "paper-3", "room"] {
             let g = crate::scene::builtin::build(name).unwrap().geometry;
