@@ -14,7 +14,7 @@ use crate::scene::source::{EXPORT_AGAIN, ImportError, Place, Source};
 pub fn open<'a>(source: &'a Source<'a>) -> Result<Document<'a>, ImportError> {
     let (text, chunk) = split(source)?;
     let text = text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text);
-    let root: json::Root = match json::deserialize::from_slice(text) {
+    let root = match json::Root::from_slice(text) {
         Ok(root) => root,
         Err(error) => read_loosely(source, text)?.ok_or_else(|| {
             source.malformed(Place::Element("JSON".into()), error.to_string(), remedy_for(text))
@@ -49,7 +49,7 @@ fn read_loosely(source: &Source<'_>, text: &[u8]) -> Result<Option<json::Root>, 
             scene.entry("nodes").or_insert_with(|| Value::Array(Vec::new()));
         }
     }
-    Ok(serde_json::from_value(value).ok())
+    Ok(json::Root::from_slice(value.to_string().as_bytes()).ok())
 }
 
 fn remedy_for(text: &[u8]) -> &'static str {
