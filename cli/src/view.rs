@@ -2,6 +2,7 @@
 
 mod live;
 mod server;
+mod subdivisions;
 
 use std::io::ErrorKind;
 use std::process::{Command, Stdio};
@@ -22,12 +23,13 @@ use crate::bake::{failure, gathering};
 use crate::failure::Failure;
 use crate::input;
 use crate::page::{check, look_first, mixed};
-use crate::render::{light_failure, memory, options_of, say_patches, set_threads, tone_of};
+use crate::render::{memory, say_patches, set_threads, tone_of};
 use crate::solutions::{self, is_solution};
 use crate::staging::{Setup, prepare};
 use crate::terminal::{Bar, catch_interrupts, print, say};
 use live::{Lit, Live, Told};
 use server::{Answer, Request, Server};
+use subdivisions::Subdivisions;
 
 /// Rays a row of the first light.
 const FIRST_SAMPLES: usize = 64;
@@ -97,17 +99,18 @@ fn work(mut scene: Scene, args: &Args, setup: Setup, told: &Told<'_>) -> Result<
         check(&store, &scene)?;
         show(&scene, &store, &mut view, true)?;
     }
-    let (mut store, factors) = solutions::store(&scene, &look.input, &look.light, &[], told)?;
-    check(&store, &scene)?;
+    let mut solved = Subdivisions::new(&scene, &look.input, &look.light, told)?;
+    check(&solved.shown().store, &scene)?;
     if !quiet {
-        say_patches(&scene, &store.report(&scene), &look.light);
+        say_patches(&scene, &solved.shown().store.report(&scene), &look.light);
     }
     told.live.heed();
     // The first time, light by few rays is there already.
     let mut roughly = false;
     loop {
-        let first = if roughly { show(&scene, &store, &mut view, true) } else { Ok(()) };
-        match first.and_then(|()| show(&scene, &store, &mut view, false)) {
+        let store = &solved.shown().store;
+        let first = if roughly { show(&scene, store, &mut view, true) } else { Ok(()) };
+        match first.and_then(|()| show(&scene, store, &mut view, false)) {
             // Something else is wished for meanwhile.
             Err(_) if told.live.is_wished() => {}
             Err(failure) => return Err(failure),
@@ -119,19 +122,19 @@ fn work(mut scene: Scene, args: &Args, setup: Setup, told: &Told<'_>) -> Result<
                 }
             }
         }
-        for (name, reflectance) in told.live.wishes() {
+        let wishes = told.live.wishes();
+        for (name, reflectance) in wishes.reflectances {
             for m in 0..scene.optics.materials.len() {
                 if scene.optics.materials[m].name == name {
                     scene.optics.set_reflectance(m, reflectance);
                 }
             }
         }
-        let options = options_of(&look.light)?;
-        let solved = store.clone().solve_again(&scene, &factors, &options, told);
-        match solved {
-            Ok(solved) => (store, roughly) = (solved, true),
-            Err(_) if told.live.is_wished() => continue,
-            Err(e) => return Err(light_failure(e, &look.light)),
+        match solved.make(&scene, wishes.subdivision, told) {
+            Ok(()) => roughly = true,
+            // So do the reflectances, which the scene has by now.
+            Err(_) if told.live.is_wished() => {}
+            Err(failure) => return Err(failure),
         }
     }
 }
@@ -171,16 +174,7 @@ fn answer(request: &Request, page: &Arc<Vec<u8>>, live: &Live) -> Answer {
     let json = |value: &serde_json::Value| Answer::of(JSON, value.to_string().into_bytes());
     let unknown = || Answer::refusal(404);
     if request.posted {
-        let material = request.value("material").map(unescaped);
-        let colour = request.value("reflectance").and_then(point);
-        let colour = colour.filter(|c| c.min_element() >= 0.0 && c.max_element() <= 1.0);
-        return match (request.path.as_str(), material.zip(colour)) {
-            ("reflectance", Some((material, colour))) => {
-                live.wish(material, colour);
-                json(&live.state())
-            }
-            _ => unknown(),
-        };
+        return if wish(request, live) { json(&live.state()) } else { unknown() };
     }
     match request.path.as_str() {
         "" => Answer { status: 200, kind: "text/html; charset=utf-8", body: Arc::clone(page) },
@@ -201,6 +195,27 @@ fn answer(request: &Request, page: &Arc<Vec<u8>>, live: &Live) -> Answer {
             found.map_or_else(unknown, |png| Answer::of("image/png", png))
         }
         _ => unknown(),
+    }
+}
+
+/// Has a wish fulfilled; false if it is none.
+fn wish(request: &Request, live: &Live) -> bool {
+    match request.path.as_str() {
+        "reflectance" => {
+            let material = request.value("material").map(unescaped);
+            let colour = request.value("reflectance").and_then(point);
+            let colour = colour.filter(|c| c.min_element() >= 0.0 && c.max_element() <= 1.0);
+            let wished = material.zip(colour);
+            wished.map(|(material, colour)| live.wish_reflectance(material, colour)).is_some()
+        }
+        "subdivision" => match request.value("tolerance") {
+            Some("uniform") => live.wish_subdivision(None),
+            tolerance => tolerance
+                .and_then(|t| t.parse().ok())
+                .filter(|t| (f64::MIN_POSITIVE..=1.0).contains(t))
+                .is_some_and(|t| live.wish_subdivision(Some(t))),
+        },
+        _ => false,
     }
 }
 

@@ -11,10 +11,11 @@ use std::time::{Duration, Instant};
 
 use glam::DVec3;
 use hemicube::bake::{BakeOptions, Layers};
-use hemicube::engines::{Draw, Hemicube, HemicubeOptions};
+use hemicube::engines::{Draw, EngineOptions, Hemicube, HemicubeOptions};
 use hemicube::export::page_facets;
 use hemicube::form_factors::Row;
 use hemicube::patches::PatchId;
+use hemicube::solution::Adaptive;
 use hemicube::store::sources;
 use hemicube::{LightOptions, Scene, Silent};
 use serde_json::Value;
@@ -29,8 +30,13 @@ struct Viewer {
 
 impl Viewer {
     fn start() -> Self {
+        Self::of(&["cornell-box", "--patch-size", "0.5"])
+    }
+
+    fn of(scene: &[&str]) -> Self {
         let mut child = Command::new(env!("CARGO_BIN_EXE_hemicube"))
-            .args(["view", "cornell-box", "--no-open", "--patch-size", "0.5", "--texel", "0.2"])
+            .args(["view", "--no-open", "--texel", "0.2"])
+            .args(scene)
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
             .spawn()
@@ -138,7 +144,18 @@ fn only_who_has_the_secret_is_answered() {
     assert_eq!(viewer.send(put.as_bytes()).0, 405);
     assert_eq!(viewer.post("reflectance?material=red&reflectance=1,1,1", "").0, 403);
     let from_here = format!("Origin: http://{host}\r\n");
-    for wrong in ["state", "reflectance", "reflectance?material=red&reflectance=2,0,0"] {
+    let wrong = [
+        "state",
+        "reflectance",
+        "reflectance?material=red&reflectance=2,0,0",
+        "subdivision",
+        "subdivision?tolerance=",
+        "subdivision?tolerance=0",
+        "subdivision?tolerance=nan",
+        "subdivision?tolerance=1.5",
+    ];
+    viewer.wait();
+    for wrong in wrong {
         assert_eq!(viewer.post(wrong, &from_here).0, 404, "{wrong}");
     }
 }
@@ -156,6 +173,66 @@ fn a_reflectance_is_solved_again() {
     assert!(viewer.json("state")["version"].as_u64().unwrap() > version);
     let dark = viewer.light();
     assert!(dark < 0.9 * before, "{dark} of {before}");
+}
+
+#[test]
+fn patches_are_split_adaptively_and_as_they_were_again() {
+    let viewer = Viewer::start();
+    viewer.wait();
+    let from_here = format!("Origin: http://{}\r\n", viewer.host);
+    let split = |tolerance: &str| {
+        let what = format!("subdivision?tolerance={tolerance}");
+        assert_eq!(viewer.post(&what, &from_here).0, 200);
+        viewer.wait();
+        viewer.row(0)["patches"].as_u64().unwrap()
+    };
+    let uniform = viewer.row(0)["patches"].as_u64().unwrap();
+    let before = viewer.light();
+    let [coarse, fine] = ["0.1", "0.01"].map(&split);
+    assert_eq!(viewer.json("state")["tolerance"], 0.01);
+    assert!(coarse < fine, "{coarse} {fine}");
+    // The paper's own mesh of that tolerance.
+    let scene = Scene::builtin("cornell-box").unwrap();
+    let uniform_light = LightOptions { patch_size: Some(0.5), ..LightOptions::default() };
+    let found = sources(&scene, &[]).unwrap();
+    let (store, _) = scene.solve(found.clone(), &uniform_light, &Silent).unwrap();
+    let area: f64 = store.patches.ids().map(|id| store.patches.area(id)).sum();
+    let adaptive = LightOptions {
+        adaptive: Some(Adaptive { max_factor: 0.01, min_area: area / 5_000.0 }),
+        engine: EngineOptions::Hemicube(HemicubeOptions::default()),
+        ..uniform_light
+    };
+    let (store, _) = scene.solve(found, &adaptive, &Silent).unwrap();
+    assert_eq!(fine, store.patches.len() as u64);
+    assert_eq!(split("uniform"), uniform);
+    assert_eq!(viewer.light(), before);
+}
+
+#[test]
+fn a_subdivision_that_cannot_be_is_refused_and_nothing_is_lost() {
+    let folder = tempfile::tempdir().unwrap();
+    let solved = folder.path().join("c.hemi");
+    let solved = solved.to_str().unwrap();
+    let program = env!("CARGO_BIN_EXE_hemicube");
+    let solve = ["solve", "cornell-box", "--patch-size", "0.5", "-q", "-o", solved];
+    assert!(Command::new(program).args(solve).output().unwrap().status.success());
+    let viewer = Viewer::of(&[solved]);
+    viewer.wait();
+    let from_here = format!("Origin: http://{}\r\n", viewer.host);
+    // A file of solutions keeps its patches.
+    assert_eq!(viewer.json("state")["splits"], false);
+    assert_eq!(viewer.post("subdivision?tolerance=0.02", &from_here).0, 404);
+
+    let viewer = Viewer::of(&["cornell-box", "--patch-size", "0.5", "--memory", "20M"]);
+    viewer.wait();
+    let from_here = format!("Origin: http://{}\r\n", viewer.host);
+    assert_eq!(viewer.post("subdivision?tolerance=0.0001", &from_here).0, 200);
+    viewer.wait();
+    let state = viewer.json("state");
+    let refusal = state["refusal"].as_str().unwrap();
+    assert!(refusal.contains("memory"), "{refusal}");
+    assert_eq!(state["tolerance"], Value::Null);
+    assert!(viewer.light() > 0.0);
 }
 
 #[test]

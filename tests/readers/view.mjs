@@ -82,6 +82,43 @@ try {
   const dark = await light();
   expect(dark < 0.8 * last, `a darker room is solved again: ${last.toFixed(3)} lx become ${dark.toFixed(3)}`);
 
+  // The paper's subdivision, and another tolerance from the keyboard.
+  const patches = () => page.evaluate(() => window.hemicube.app.manifest.patches);
+  const settled = async () => {
+    await page.waitForFunction(() => !document.getElementById('work').hidden, null, { timeout: 10000 });
+    await done();
+  };
+  const uniform = await patches();
+  await page.getByLabel('Adaptive, driven by form factors').check();
+  await settled();
+  const adaptive = await patches();
+  expect(adaptive < 0.7 * uniform, `${uniform} patches become ${adaptive} at a tolerance of .02`);
+  const outlines = page.getByLabel(`Patches (${adaptive.toLocaleString('en')})`);
+  const drawn = () => page.evaluate(() => new Promise((resolve) => {
+    requestAnimationFrame(() => {
+      const { app } = window.hemicube;
+      app.ask('picture');
+      app.draw();
+      const { width, height } = app.canvas;
+      const context = new OffscreenCanvas(width, height).getContext('2d');
+      context.drawImage(app.canvas, 0, 0);
+      resolve(context.getImageData(0, 0, width, height).data.reduce((sum, value) => sum + value, 0) / width / height);
+    });
+  }));
+  const lined = await drawn();
+  await outlines.uncheck();
+  const plain = await drawn();
+  expect(lined > 1.02 * plain, `their outlines are drawn: the mean of pixels is ${lined.toFixed(1)}, without them ${plain.toFixed(1)}`);
+  await outlines.check();
+  if (picture) await page.screenshot({ path: picture.replace(/(\.\w+)?$/, '-adaptive$1') });
+  await page.getByLabel('Largest form factor').press('Home');
+  await settled();
+  const fine = await patches();
+  expect(fine > 1.2 * adaptive, `a smaller tolerance splits more: ${fine}`);
+  await page.getByLabel('Adaptive, driven by form factors').uncheck();
+  await settled();
+  expect(await patches() === uniform, 'without it patches are as they were');
+
   await page.evaluate(await readFile(AXE, 'utf8'));
   const { violations } = await page.evaluate(() => window.axe.run(document));
   violations.forEach(({ id, help, nodes }) => console.log(`  ${id}: ${help}: ${nodes[0].html}`));

@@ -69,6 +69,8 @@ export class App {
     const layers = await Layers.read(archive, manifest, 2 ** -manifest.exposure);
     const surfaces = await Surfaces.read(archive, manifest, layers.sum.texture, layers.unit);
     const before = this.shown as Shown | undefined;
+    // Before it is drawn for the first time.
+    if (before && this.outlines.checked) await surfaces.outline(true);
     this.shown = { archive, manifest, layers, surfaces };
     this.heated = false;
     if (before) {
@@ -78,9 +80,9 @@ export class App {
     } else {
       this.build();
     }
+    this.outlines.nextElementSibling!.textContent = `Patches (${manifest.patches.toLocaleString('en')})`;
     this.known.textContent = manifest.error === null ? ''
       : `Irradiance is known to ${significant(100 * manifest.error)} % on 80 % of the surface.`;
-    if (this.outlines.checked) await surfaces.outline(true);
     this.draw();
   }
 
@@ -176,9 +178,7 @@ export class App {
       low: -4, high: 4, step: 0.1, value: 0, text: (octaves) => `${significant(manifest.range * 2 ** octaves)} ${illuminance}`,
       changed: () => this.settle(),
     });
-    const outlines = this.outlines = panel.check(`Patches (${manifest.patches.toLocaleString('en')})`, (on) => {
-      this.shown.surfaces.outline(on).then(() => this.ask('picture'), fail);
-    });
+    const outlines = this.outlines = panel.check('Patches', (on) => this.outline(on));
     panel.heading('View');
     const cameras = panel.choice('Camera', manifest.cameras.map(({ name }) => name), (k) => this.navigation.take(manifest.cameras[k]));
     const walk = panel.check('Walk: dragging looks around', (on) => {
@@ -203,6 +203,12 @@ export class App {
     this.known = panel.note('');
     this.listen();
     begin();
+  }
+
+  // Shows the patches, or no longer.
+  outline(on: boolean): void {
+    this.outlines.checked = on;
+    this.shown.surfaces.outline(on).then(() => this.ask('picture'), fail);
   }
 
   // Lets surfaces show what controls say.

@@ -1,6 +1,7 @@
 // What a page asks of the program that serves it: how far the work is, light as it gets better, and
 // what a patch sees.
 import { fail, type App } from './app';
+import { Adaptive } from './adaptive';
 import { Archive } from './archive';
 import { hex, linear } from './colour';
 import { byId } from './dom';
@@ -8,7 +9,11 @@ import { significant } from './panel';
 import { HEAT_OCTAVES, LEGEND } from './shaders';
 
 // How the work stands; `version` counts what there is to show.
-interface State { stage: string; share: number | null; version: number; done: boolean; failure: string | null }
+// `tolerance` is that of the adaptive subdivision, if it is one; `splits`, whether another may be wished for.
+interface State {
+  stage: string; share: number | null; version: number; done: boolean; failure: string | null;
+  splits: boolean; tolerance: number | null; refusal: string | null;
+}
 
 // A patch and its row of form factors.
 export interface Row {
@@ -26,6 +31,7 @@ export class Live {
   row: Row | null = null;
   private version = 0;
   private listens = false;
+  private adaptive: Adaptive | null = null;
 
   constructor(private app: App) {
     byId('work').hidden = false;
@@ -54,8 +60,9 @@ export class Live {
   private async look(): Promise<boolean> {
     const state = await (await ask('state')).json() as State;
     const share = state.share === null ? '' : ` ${Math.floor(100 * state.share)} %`;
-    byId('work').textContent = state.failure ?? `${state.stage}${share}`;
-    byId('work').hidden = state.done && state.failure === null;
+    byId('work').textContent = state.failure ?? state.refusal ?? `${state.stage}${share}`;
+    byId('work').hidden = state.done && state.failure === null && state.refusal === null;
+    this.adaptive?.follow(state.splits, state.tolerance);
     if (state.failure !== null) throw new Error(state.failure);
     if (state.version > this.version) {
       const bytes = new Uint8Array(await (await ask(`data?version=${state.version}`)).arrayBuffer());
@@ -78,10 +85,14 @@ export class Live {
     });
     const colour = app.panel.colour('Solved again when it is chosen', (value) => {
       const name = names[material.selectedIndex];
-      const asked = `reflectance?material=${encodeURIComponent(name)}&reflectance=${linear(value).join(',')}`;
-      ask(asked, 'POST').then(() => this.listen(), fail);
+      void this.wish(`reflectance?material=${encodeURIComponent(name)}&reflectance=${linear(value).join(',')}`);
     });
     colour.value = colourOf(0);
+    this.adaptive = new Adaptive(app.panel, (tolerance) => {
+      // One wants to see what is split.
+      if (tolerance !== null) app.outline(true);
+      return this.wish(`subdivision?tolerance=${tolerance ?? 'uniform'}`);
+    });
     app.panel.heading('Form factors');
     app.panel.note('Click a place, or press F for the middle: what its patch sees. Escape shows the picture again.');
     let pressed: [number, number] | null = null;
@@ -97,6 +108,10 @@ export class Live {
       if (key === 'f') this.lookAt(0.5, 0.5).catch(fail);
       if (key === 'Escape') this.close();
     });
+  }
+
+  private wish(what: string): Promise<void> {
+    return ask(what, 'POST').then(() => this.listen(), fail);
   }
 
   // Shows what the patch at a place of the picture sees.

@@ -3,7 +3,15 @@
 let numbers = 0;
 
 export class Panel {
-  constructor(private root: HTMLElement) {}
+  constructor(readonly root: HTMLElement) {}
+
+  // Controls that belong together, and can be hidden together.
+  section(name: string): Panel {
+    const section = new Panel(element('section', {}));
+    section.heading(name);
+    this.root.append(section.root);
+    return section;
+  }
 
   heading(text: string): void {
     this.root.append(element('h2', { textContent: text }));
@@ -53,7 +61,7 @@ export class Panel {
     const label = element('label', { className: 'check' });
     const input = element('input', { type: 'checkbox' });
     input.addEventListener('change', () => changed(input.checked));
-    label.append(input, name);
+    label.append(input, element('span', { textContent: name }));
     this.root.append(label);
     return input;
   }

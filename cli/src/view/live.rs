@@ -50,8 +50,28 @@ struct State {
     failure: Option<String>,
     /// Whether work stops for wishes: there is a solution to begin with again.
     heeds: bool,
+    wishes: Wishes,
+    /// The tolerance of the adaptive subdivision that is shown or in the making.
+    tolerance: Option<f64>,
+    /// Whether another subdivision may be wished for.
+    splits: bool,
+    /// Why the last wish was not fulfilled.
+    refusal: Option<String>,
+}
+
+/// What the page wishes for.
+#[derive(Debug, Default, PartialEq)]
+pub struct Wishes {
     /// Materials that are to reflect otherwise.
-    wishes: BTreeMap<String, Rgb>,
+    pub reflectances: BTreeMap<String, Rgb>,
+    /// Another subdivision: adaptive with that tolerance, or, without one, uniform.
+    pub subdivision: Option<Option<f64>>,
+}
+
+impl Wishes {
+    fn is_empty(&self) -> bool {
+        *self == Self::default()
+    }
 }
 
 impl Live {
@@ -88,13 +108,46 @@ impl Live {
         self.with(|s| s.heeds = true);
     }
 
-    /// Asks for a material that reflects otherwise; work that heeds wishes stops.
-    pub fn wish(&self, material: String, reflectance: Rgb) {
+    /// Asks for a material that reflects otherwise.
+    pub fn wish_reflectance(&self, material: String, reflectance: Rgb) {
+        self.wish(|w| {
+            w.reflectances.insert(material, reflectance);
+        });
+    }
+
+    /// Asks for adaptive subdivision with that tolerance, or for none. False where patches cannot
+    /// be made anew.
+    pub fn wish_subdivision(&self, tolerance: Option<f64>) -> bool {
+        let may = self.with(|s| s.splits);
+        if may {
+            self.wish(|w| w.subdivision = Some(tolerance));
+            self.split_by(tolerance);
+        }
+        may
+    }
+
+    /// Asks for something; work that heeds wishes stops.
+    fn wish(&self, ask: impl FnOnce(&mut Wishes)) {
         self.with(|s| {
-            s.wishes.insert(material, reflectance);
-            (s.done, s.stage, s.total) = (false, "wait".into(), 0);
+            ask(&mut s.wishes);
+            (s.done, s.stage, s.total, s.refusal) = (false, "wait".into(), 0, None);
         });
         self.wished.notify_all();
+    }
+
+    /// Says that other subdivisions may be wished for.
+    pub fn allow_splits(&self) {
+        self.with(|s| s.splits = true);
+    }
+
+    /// Says what subdivision is shown or in the making.
+    pub fn split_by(&self, tolerance: Option<f64>) {
+        self.with(|s| s.tolerance = tolerance);
+    }
+
+    /// Says why a wish was not fulfilled.
+    pub fn refuse(&self, why: String) {
+        self.with(|s| s.refusal = Some(why));
     }
 
     /// Whether something is wished for.
@@ -103,7 +156,7 @@ impl Live {
     }
 
     /// Waits for wishes, and takes them.
-    pub fn wishes(&self) -> BTreeMap<String, Rgb> {
+    pub fn wishes(&self) -> Wishes {
         let state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         let waited = self.wished.wait_while(state, |s| s.wishes.is_empty());
         std::mem::take(&mut waited.unwrap_or_else(PoisonError::into_inner).wishes)
@@ -116,6 +169,7 @@ impl Live {
             json!({
                 "stage": s.stage, "share": share.map(|s| s.min(1.0)), "version": s.version,
                 "done": s.done, "failure": s.failure,
+                "splits": s.splits, "tolerance": s.tolerance, "refusal": s.refusal,
             })
         })
     }
