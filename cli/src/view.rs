@@ -106,21 +106,26 @@ fn work(mut scene: Scene, args: &Args, setup: Setup, told: &Told<'_>) -> Result<
     }
     told.live.heed();
     // The first time, light by few rays is there already.
-    let mut roughly = false;
+    let (mut roughly, mut is_shown) = (false, false);
     loop {
-        let store = &solved.shown().store;
-        let first = if roughly { show(&scene, store, &mut view, true) } else { Ok(()) };
-        match first.and_then(|()| show(&scene, store, &mut view, false)) {
-            // Something else is wished for meanwhile.
-            Err(_) if told.live.is_wished() => {}
-            Err(failure) => return Err(failure),
-            Ok(()) => {
-                told.live.rest();
-                told.bar.finish();
-                if !quiet {
-                    say("all light is there; Ctrl-C ends");
+        if !is_shown && !told.live.is_wished() {
+            let store = &solved.shown().store;
+            let first = if roughly { show(&scene, store, &mut view, true) } else { Ok(()) };
+            match first.and_then(|()| show(&scene, store, &mut view, false)) {
+                // Something else is wished for meanwhile.
+                Err(_) if told.live.is_wished() => {}
+                Err(failure) => return Err(failure),
+                Ok(()) => {
+                    is_shown = true;
+                    told.bar.finish();
+                    if !quiet {
+                        say("all light is there; Ctrl-C ends");
+                    }
                 }
             }
+        }
+        if is_shown {
+            told.live.rest();
         }
         let wishes = told.live.wishes();
         for (name, reflectance) in wishes.reflectances {
@@ -131,9 +136,10 @@ fn work(mut scene: Scene, args: &Args, setup: Setup, told: &Told<'_>) -> Result<
             }
         }
         match solved.make(&scene, wishes.subdivision, told) {
-            Ok(()) => roughly = true,
-            // So do the reflectances, which the scene has by now.
-            Err(_) if told.live.is_wished() => {}
+            Ok(true) => (roughly, is_shown) = (true, false),
+            Ok(false) => {}
+            // The scene keeps what it was given, and so does the subdivision.
+            Err(_) if told.live.is_wished() => is_shown = false,
             Err(failure) => return Err(failure),
         }
     }

@@ -67,7 +67,7 @@ export class App {
     const manifest = await archive.json<Manifest>('manifest.json');
     // Half floats hold what is shown by exposures around the first one.
     const layers = await Layers.read(archive, manifest, 2 ** -manifest.exposure);
-    const surfaces = await Surfaces.read(archive, manifest, layers.sum.texture, layers.unit);
+    const surfaces = await Surfaces.read(archive, manifest, layers.shown, layers.unit);
     const before = this.shown as Shown | undefined;
     // Before it is drawn for the first time.
     if (before && this.outlines.checked) await surfaces.outline(true);
@@ -251,7 +251,10 @@ export class App {
     canvas.addEventListener('keydown', (event) => {
       if (event.key === 'Enter') byId('spoken').textContent = `Middle: ${this.told(this.read(0.5, 0.5))}`;
     });
-    canvas.addEventListener('webglcontextrestored', () => this.ask('light'));
+    canvas.addEventListener('webglcontextrestored', () => {
+      this.shown.layers.forget();
+      this.ask('light');
+    });
     new ResizeObserver(() => {
       this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
       this.resize(canvas.clientWidth, canvas.clientHeight);

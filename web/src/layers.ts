@@ -1,6 +1,6 @@
 // Light of each source over the atlas, and their sum, which the graphics card makes.
 import {
-  AdditiveBlending, ClampToEdgeWrapping, DataArrayTexture, DataUtils, GLSL3, HalfFloatType, LinearFilter, Mesh, NearestFilter, NoBlending, OrthographicCamera,
+  AdditiveBlending, ClampToEdgeWrapping, DataArrayTexture, DataUtils, GLSL3, HalfFloatType, LinearFilter, Mesh, NoBlending, OrthographicCamera,
   PlaneGeometry, RawShaderMaterial, RGBAFormat, Scene, Vector3, WebGLRenderTarget, type IUniform, type WebGLRenderer,
 } from 'three';
 import type { Archive } from './archive';
@@ -51,6 +51,9 @@ in vec3 position;
 void main() { gl_Position = vec4(position.xy, 0.0, 1.0); }
 `;
 
+// No layer.
+const NONE = -1;
+
 // Layers that are added at a time: every graphics card takes so many uniforms.
 const AT_ONCE = 16;
 
@@ -59,29 +62,27 @@ precision highp float;
 precision highp sampler2D;
 precision highp sampler2DArray;
 uniform sampler2DArray layers;
-uniform sampler2D others;
-uniform bool onOthers;
 uniform int count;
 uniform int numbers[${AT_ONCE}];
 uniform vec3 weights[${AT_ONCE}];
 out vec4 sum;
 void main() {
   ivec2 texel = ivec2(gl_FragCoord.xy);
-  vec3 light = onOthers ? texelFetch(others, texel, 0).rgb : vec3(0.0);
+  vec3 light = vec3(0.0);
   for (int i = 0; i < count; i++) light += weights[i] * texelFetch(layers, ivec3(texel, numbers[i]), 0).rgb;
   sum = vec4(min(light, vec3(65000.0)), 1.0);
 }
 `;
 
 export class Layers {
-  // Irradiance over the atlas, in units of `unit`.
-  readonly sum: WebGLRenderTarget;
+  // What surfaces look their irradiance up in, in units of `unit`: the sum over the atlas, and the
+  // layer that is not in it, times its strength.
+  readonly shown: Record<'light' | 'layers' | 'apart' | 'strength', IUniform>;
+  private sum: WebGLRenderTarget;
   private pass = new Scene();
   private camera = new OrthographicCamera();
   private uniforms: Record<string, IUniform>;
   private material: RawShaderMaterial;
-  // The sum without the source that changed last, for the next time that it alone changes.
-  private others?: { target: WebGLRenderTarget; source: number };
   private last: Vector3[] = [];
 
   // `unit` is an irradiance (W/m² or lx) of the order of what is shown.
@@ -91,12 +92,15 @@ export class Layers {
     const layers = new DataArrayTexture(data, width, height, count);
     layers.type = HalfFloatType;
     layers.format = RGBAFormat;
-    layers.minFilter = NearestFilter;
-    layers.magFilter = NearestFilter;
+    layers.minFilter = LinearFilter;
+    layers.magFilter = LinearFilter;
     layers.needsUpdate = true;
     this.sum = this.target();
+    this.shown = {
+      light: { value: this.sum.texture }, layers: { value: layers }, apart: { value: NONE }, strength: { value: new Vector3() },
+    };
     this.uniforms = {
-      layers: { value: layers }, others: { value: null }, onOthers: { value: false }, count: { value: 0 },
+      layers: { value: layers }, count: { value: 0 },
       numbers: { value: new Int32Array(AT_ONCE) }, weights: { value: Array.from({ length: AT_ONCE }, () => new Vector3()) },
     };
     this.material = new RawShaderMaterial({
@@ -123,33 +127,32 @@ export class Layers {
   dispose(): void {
     (this.uniforms.layers.value as DataArrayTexture).dispose();
     this.sum.dispose();
-    this.others?.target.dispose();
   }
 
-  // Adds up the layers, as strong as sources now are.
+  // Shows sources as strong as they now are. One that alone changes is added where it is looked at,
+  // and the sum of all others, which takes as long as the atlas is large, stays.
   mix(renderer: WebGLRenderer, weights: Triple[]): void {
     const now = this.manifest.sources.map(({ peak }, k) => new Vector3(...weights[k]).multiplyScalar(peak / SCALE / this.unit));
     const changed = now.flatMap((weight, k) => (this.last[k]?.equals(weight) ? [] : [k]));
+    if (changed.length === 0) return;
     this.last = now;
-    if (changed.length !== 1 || now.length < 3) {
-      this.others?.target.dispose();
-      this.others = undefined;
-      this.add(renderer, this.sum, now, now.map((_, k) => k));
-      return;
-    }
-    const [source] = changed;
-    if (this.others?.source !== source) {
-      const target = this.others?.target ?? this.target();
-      this.add(renderer, target, now, now.flatMap((_, k) => (k === source ? [] : [k])));
-      this.others = { target, source };
-    }
-    this.add(renderer, this.sum, now, [source], this.others.target);
+    const apart = changed.length === 1 ? changed[0] : NONE;
+    const { apart: before, strength } = this.shown;
+    if (apart === NONE || apart !== before.value) this.add(renderer, now, now.flatMap((_, k) => (k === apart ? [] : [k])));
+    before.value = apart;
+    (strength.value as Vector3).copy(now[apart] ?? new Vector3());
   }
 
-  private add(renderer: WebGLRenderer, to: WebGLRenderTarget, weights: Vector3[], which: number[], on?: WebGLRenderTarget): void {
+  // The graphics card has lost the sum.
+  forget(): void {
+    this.last = [];
+    this.shown.apart.value = NONE;
+  }
+
+  private add(renderer: WebGLRenderer, weights: Vector3[], which: number[]): void {
     const { uniforms, material } = this;
     const lit = which.filter((k) => weights[k].lengthSq() > 0);
-    renderer.setRenderTarget(to);
+    renderer.setRenderTarget(this.sum);
     const { autoClear } = renderer;
     renderer.autoClear = false;
     // The first lot takes the place of what was there, the others are added.
@@ -160,8 +163,6 @@ export class Layers {
         (uniforms.numbers.value as Int32Array)[i] = k;
         (uniforms.weights.value as Vector3[])[i].copy(weights[k]);
       });
-      uniforms.onOthers.value = first === 0 && on !== undefined;
-      uniforms.others.value = on?.texture ?? null;
       material.blending = first === 0 ? NoBlending : AdditiveBlending;
       renderer.render(this.pass, this.camera);
     }

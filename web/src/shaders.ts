@@ -81,7 +81,11 @@ void main() {
 export const FRAGMENT = `
 precision highp float;
 precision highp sampler2D;
+precision highp sampler2DArray;
 uniform sampler2D light;
+uniform sampler2DArray layers;
+uniform int apart;
+uniform vec3 strength;
 uniform float unit;
 uniform float most;
 uniform vec3 reflectance;
@@ -110,7 +114,9 @@ const vec3 VIRIDIS[${VIRIDIS.length}] = vec3[](
   ${VIRIDIS.map((c) => `vec3(${c.map((v) => (v / 255).toFixed(5)).join(', ')})`).join(',\n  ')}
 );
 void main() {
-  vec3 irradiance = texture(light, texel).rgb * unit;
+  vec3 irradiance = texture(light, texel).rgb;
+  if (apart >= 0) irradiance += strength * texture(layers, vec3(texel, float(apart))).rgb;
+  irradiance *= unit;
   if (mode == ${Mode.Measure}) {
     shown = vec4(irradiance, float(facet + 1));
     return;

@@ -24,15 +24,15 @@ export class Surfaces {
   private geometry = new BufferGeometry();
   private outlines?: LineSegments;
 
-  private constructor(private archive: Archive, private manifest: Manifest, light: Texture, unit: number) {
+  private constructor(private archive: Archive, private manifest: Manifest, light: Record<string, IUniform>, unit: number) {
     this.shared = {
-      light: { value: light }, unit: { value: unit }, mode: { value: Mode.Picture }, tone: { value: TONES[manifest.tone] },
+      ...light, unit: { value: unit }, mode: { value: Mode.Picture }, tone: { value: TONES[manifest.tone] },
       exposure: { value: 2 ** manifest.exposure }, range: { value: manifest.range }, most: { value: manifest.mostReflectance },
       patches: { value: null }, values: { value: null },
     };
   }
 
-  static async read(archive: Archive, manifest: Manifest, light: Texture, unit: number): Promise<Surfaces> {
+  static async read(archive: Archive, manifest: Manifest, light: Record<string, IUniform>, unit: number): Promise<Surfaces> {
     const all = new Surfaces(archive, manifest, light, unit);
     const { geometry } = all;
     const mapped = archive.has('light/patches.npy');

@@ -1,5 +1,5 @@
-//! The solutions that a viewer has: on the patches that its command asks for, and on those of another
-//! subdivision that its page wishes for.
+//! The solutions that a viewer has: on the patches that its command asks for, and on those of
+//! another subdivision that its page wishes for.
 
 use hemicube::form_factors::FormFactors;
 use hemicube::scene::Scene;
@@ -58,14 +58,16 @@ impl<'a> Subdivisions<'a> {
         self.other.as_ref().unwrap_or(&self.asked)
     }
 
-    /// Solves for the reflectances that the scene has now, on the patches of the subdivision that is
-    /// wished for. One that cannot be made is told of, and what was shown stays.
+    /// Solves for the reflectances that the scene has now, on the patches of the subdivision that
+    /// is wished for; whether that is anything new. One that cannot be made is told of, and what
+    /// was shown stays.
     pub fn make(
         &mut self,
         scene: &Scene,
         subdivision: Option<Option<f64>>,
         told: &Told<'_>,
-    ) -> Result<(), Failure> {
+    ) -> Result<bool, Failure> {
+        let before = self.shown().tolerance;
         self.wanted = subdivision.unwrap_or(self.wanted);
         if self.wanted == self.asked.tolerance {
             self.other = None;
@@ -86,8 +88,9 @@ impl<'a> Subdivisions<'a> {
         if !shown.store.reflects_as(scene) {
             let solved = shown.store.clone().solve_again(scene, &shown.factors, &options, told);
             shown.store = solved.map_err(|e| light_failure(e, light))?;
+            return Ok(true);
         }
-        Ok(())
+        Ok(shown.tolerance != before)
     }
 
     /// Solutions on the patches of the subdivision that is wished for.
