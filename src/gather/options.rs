@@ -36,7 +36,12 @@ impl GatherOptions {
         /// Of an interval's half-width this is left to noise: the rest is for shadows and for the
         /// solution.
         const SHARE: f64 = 0.35;
-        self.error.map_or(NOISE, |e| SHARE * e).min(NOISE)
+        /// Larger errors than this allow for more noise than there is unless one is asked for, and
+        /// so many times more at most.
+        const ROUGH: f64 = 0.1;
+        const ROUGHEST: f64 = 4.0;
+        let Some(error) = self.error else { return NOISE };
+        (SHARE * error).min(NOISE * (error / ROUGH).clamp(1.0, ROUGHEST))
     }
 
     /// Shadow rays, of each pair of sets, that they ask for.
@@ -70,3 +75,20 @@ pub const FEWEST_RAYS: usize = SETS * 16;
 
 /// Independent sets of rays: a lane each of packets.
 pub(super) const SETS: usize = LANES;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_a_rough_error_takes_fewer_rays_than_none() {
+        let of = |error| GatherOptions { error, ..GatherOptions::of_pictures(0) };
+        let usual = of(None);
+        for (error, noise) in [(0.01, 0.0035), (0.05, NOISE), (0.1, NOISE), (0.2, 2.0 * NOISE)] {
+            assert!((of(Some(error)).noise() - noise).abs() < 1e-12, "{error}");
+        }
+        assert_eq!(of(Some(3.0)).noise(), 4.0 * NOISE);
+        assert!(of(Some(0.4)).shadow() < usual.shadow());
+        assert!(of(Some(0.01)).shadow() > usual.shadow());
+    }
+}
