@@ -6,7 +6,7 @@ import { readFile, writeFile } from 'node:fs/promises';
 import { createRequire } from 'node:module';
 import { join, resolve } from 'node:path';
 import { pathToFileURL } from 'node:url';
-import { hear, launch } from './browser.mjs';
+import { differences, hear, launch } from './browser.mjs';
 
 const AXE = createRequire(import.meta.url).resolve('axe-core/axe.min.js');
 const POINTS = 100;
@@ -37,31 +37,9 @@ async function open(browser, size) {
   return { page, complaints, seconds };
 }
 
-// What the page shows beside what `render` does: differences of pixels, 0..255.
+// What the page shows beside what `render` does.
 async function picture(page) {
-  const encoded = (await readFile(join(folder, 'room.png'))).toString('base64');
-  const differences = await page.evaluate(async (png) => {
-    const { app, resize } = window.hemicube;
-    const { canvas } = app;
-    const image = new Image();
-    image.src = `data:image/png;base64,${png}`;
-    await image.decode();
-    resize(image.width, image.height);
-    app.draw();
-    const pixels = [canvas, image].map((source) => {
-      const context = new OffscreenCanvas(image.width, image.height).getContext('2d');
-      context.drawImage(source, 0, 0, image.width, image.height);
-      return context.getImageData(0, 0, image.width, image.height).data;
-    });
-    const found = [];
-    for (let i = 0; i < pixels[0].length; i += 4) {
-      found.push(Math.max(...[0, 1, 2].map((c) => Math.abs(pixels[0][i + c] - pixels[1][i + c]))));
-    }
-    resize(canvas.clientWidth, canvas.clientHeight);
-    return found;
-  }, encoded);
-  const sorted = differences.toSorted((a, b) => a - b);
-  const at = (share) => sorted[Math.floor(share * (sorted.length - 1))];
+  const at = await differences(page, join(folder, 'room.png'));
   expect(at(0.5) <= 1 && at(0.95) <= 6, `pixels differ from render's by ${at(0.5)} at the median, ${at(0.95)} at 95 % (of 255)`);
 }
 

@@ -1,9 +1,12 @@
 // Checks the viewer: `hemicube view` in a browser, its rows of form factors and what changes.
 // Usage: node view.mjs HEMICUBE [PICTURE.png], where a picture of the row is written.
-import { spawn } from 'node:child_process';
+import { execFileSync, spawn } from 'node:child_process';
+import { mkdtempSync, rmSync } from 'node:fs';
 import { readFile } from 'node:fs/promises';
 import { createRequire } from 'node:module';
-import { hear, launch } from './browser.mjs';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
+import { differences, hear, launch } from './browser.mjs';
 
 const AXE = createRequire(import.meta.url).resolve('axe-core/axe.min.js');
 const [, , program, picture] = process.argv;
@@ -39,6 +42,14 @@ try {
   console.log(`     all light after ${seconds()}`);
   const last = await light();
   expect(Math.abs(first / last - 1) < 0.15, `first light is ${(100 * (first / last - 1)).toFixed(1)} % off where it is read`);
+
+  // The picture is that of `render`.
+  const folder = mkdtempSync(join(tmpdir(), 'hemicube-'));
+  const file = join(folder, 'cornell.png');
+  execFileSync(program, ['render', 'cornell-box', '--size', '960x720', '-q', '-o', file]);
+  const at = await differences(page, file);
+  rmSync(folder, { recursive: true });
+  expect(at(0.5) <= 1 && at(0.95) <= 6, `pixels differ from render's by ${at(0.5)} at the median, ${at(0.95)} at 95 % (of 255)`);
 
   // A row: what is shown is what the program says.
   await page.locator('canvas').click({ position: { x: 300, y: 600 } });
