@@ -75,7 +75,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     worked
 }
 
-/// Lights the scene, first roughly, and again whenever the page wishes for other reflectances.
+/// Lights the scene, first roughly, and again whenever the page wishes for other reflectances or
+/// patches.
 fn work(mut scene: Scene, args: &Args, setup: Setup, told: &Told<'_>) -> Result<(), Failure> {
     let look = &args.look;
     let quiet = look.light.run.quiet;
@@ -128,6 +129,8 @@ fn work(mut scene: Scene, args: &Args, setup: Setup, told: &Told<'_>) -> Result<
             told.live.rest();
         }
         let wishes = told.live.wishes();
+        // A texture may have to give way even to the colour that it has on the average.
+        let is_recoloured = !wishes.reflectances.is_empty();
         for (name, reflectance) in wishes.reflectances {
             for m in 0..scene.optics.materials.len() {
                 if scene.optics.materials[m].name == name {
@@ -136,8 +139,8 @@ fn work(mut scene: Scene, args: &Args, setup: Setup, told: &Told<'_>) -> Result<
             }
         }
         match solved.make(&scene, wishes.subdivision, told) {
-            Ok(true) => (roughly, is_shown) = (true, false),
-            Ok(false) => {}
+            Ok(is_new) if is_new || is_recoloured => (roughly, is_shown) = (true, false),
+            Ok(_) => {}
             // The scene keeps what it was given, and so does the subdivision.
             Err(_) if told.live.is_wished() => is_shown = false,
             Err(failure) => return Err(failure),
@@ -197,7 +200,9 @@ fn answer(request: &Request, page: &Arc<Vec<u8>>, live: &Live) -> Answer {
         }
         "hemicube" => {
             let patch = request.value("patch").and_then(|p| p.parse().ok());
-            let found = patch.zip(live.lit()).and_then(|(patch, lit)| lit.hemicube(patch));
+            let version = request.value("version").and_then(|v| v.parse().ok());
+            let lit = version.and_then(|v| live.lit_of(v));
+            let found = patch.zip(lit).and_then(|(patch, lit)| lit.hemicube(patch));
             found.map_or_else(unknown, |png| Answer::of("image/png", png))
         }
         _ => unknown(),

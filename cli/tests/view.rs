@@ -206,6 +206,14 @@ fn patches_are_split_adaptively_and_as_they_were_again() {
     assert_eq!(fine, store.patches.len() as u64);
     assert_eq!(split("uniform"), uniform);
     assert_eq!(viewer.light(), before);
+    // One wish gives way to the next, and another colour stays for patches that come back.
+    assert_eq!(viewer.post("subdivision?tolerance=0.01", &from_here).0, 200);
+    assert_eq!(split("0.1"), coarse);
+    assert_eq!(viewer.post("reflectance?material=white&reflectance=0,0,0", &from_here).0, 200);
+    viewer.wait();
+    assert_eq!(viewer.row(0)["patches"], coarse);
+    assert_eq!(split("uniform"), uniform);
+    assert!(viewer.light() < 0.9 * before);
 }
 
 #[test]
@@ -232,7 +240,10 @@ fn a_subdivision_that_cannot_be_is_refused_and_nothing_is_lost() {
     let refusal = state["refusal"].as_str().unwrap();
     assert!(refusal.contains("memory"), "{refusal}");
     assert_eq!(state["tolerance"], Value::Null);
-    assert!(viewer.light() > 0.0);
+    let before = viewer.light();
+    assert_eq!(viewer.post("reflectance?material=white&reflectance=0,0,0", &from_here).0, 200);
+    assert!(viewer.light() < 0.9 * before);
+    assert_eq!(viewer.json("state")["refusal"], Value::Null);
 }
 
 #[test]
@@ -301,7 +312,9 @@ fn a_row_is_the_engine_s_and_ctrl_c_ends() {
     assert_eq!(numbers("columns"), columns);
     assert_eq!(numbers("factors"), factors);
     assert_eq!(viewer.get("row?version=999&facet=0&at=0.3,0.4,0.3").0, 404, "another version");
-    let (status, png) = viewer.get(&format!("hemicube?patch={}", id.0));
+    assert_eq!(viewer.get(&format!("hemicube?patch={}&version=0", id.0)).0, 404);
+    let version = viewer.json("state")["version"].as_u64().unwrap();
+    let (status, png) = viewer.get(&format!("hemicube?patch={}&version={version}", id.0));
     assert_eq!(status, 200);
     assert_eq!(&png[..8], b"\x89PNG\r\n\x1a\n");
     assert_eq!(&png[16..24], [0, 0, 2, 0, 0, 0, 2, 0], "512 x 512 pixels");

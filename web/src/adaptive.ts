@@ -6,23 +6,28 @@ import { significant } from './panel';
 // Milliseconds that a tolerance rests before it is wished for.
 const REST = 250;
 
-// The largest one that Kulyasov & Nikulin found no fault with.
-const TOLERANCE = 0.02;
+// What is to be done: `wish` is told a tolerance, or null for uniform patches.
+interface Told { ticked: () => void; wish: (tolerance: number | null) => Promise<void> }
 
 export class Adaptive {
   private root: HTMLElement;
   private check: HTMLInputElement;
   private slider: Slider;
+  // At first the largest one that Kulyasov & Nikulin found no fault with. The slider has steps.
+  private tolerance = 0.02;
   private timer = 0;
 
-  // `wish` is told a tolerance, or null for uniform patches.
-  constructor(panel: Panel, private wish: (tolerance: number | null) => Promise<void>) {
+  constructor(panel: Panel, private told: Told) {
     const section = panel.section('Subdivision');
     this.root = section.root;
-    this.check = section.check('Adaptive, driven by form factors', () => this.wished());
+    this.check = section.check('Adaptive, driven by form factors', (on) => {
+      if (on) told.ticked();
+      this.wished();
+    });
     this.slider = section.slider('Largest form factor', {
-      low: -3.5, high: -0.3, step: 0.05, value: Math.log10(TOLERANCE), text: (power) => significant(10 ** power),
+      low: -3.5, high: -0.3, step: 0.05, value: Math.log10(this.tolerance), text: (power) => significant(10 ** power),
       changed: () => {
+        this.tolerance = 10 ** this.slider.value();
         if (this.check.checked) this.wished();
       },
     });
@@ -34,13 +39,15 @@ export class Adaptive {
     this.root.hidden = !splits;
     if (this.timer !== 0) return;
     this.check.checked = tolerance !== null;
-    if (tolerance !== null) this.slider.set(Math.log10(tolerance));
+    if (tolerance === null || tolerance === this.tolerance) return;
+    this.tolerance = tolerance;
+    this.slider.set(Math.log10(tolerance));
   }
 
   private wished(): void {
     clearTimeout(this.timer);
     const timer = this.timer = setTimeout(() => {
-      this.wish(this.check.checked ? 10 ** this.slider.value() : null).finally(() => {
+      this.told.wish(this.check.checked ? this.tolerance : null).finally(() => {
         if (this.timer === timer) this.timer = 0;
       });
     }, REST);

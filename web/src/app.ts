@@ -69,8 +69,9 @@ export class App {
     const layers = await Layers.read(archive, manifest, 2 ** -manifest.exposure);
     const surfaces = await Surfaces.read(archive, manifest, layers.shown, layers.unit);
     const before = this.shown as Shown | undefined;
+    const outlined = before !== undefined && this.outlines.checked;
     // Before it is drawn for the first time.
-    if (before && this.outlines.checked) await surfaces.outline(true);
+    if (outlined) await surfaces.outline(true);
     this.shown = { archive, manifest, layers, surfaces };
     this.heated = false;
     if (before) {
@@ -81,6 +82,7 @@ export class App {
       this.build();
     }
     this.outlines.nextElementSibling!.textContent = `Patches (${manifest.patches.toLocaleString('en')})`;
+    if (before && this.outlines.checked !== outlined) this.outline(this.outlines.checked);
     this.known.textContent = manifest.error === null ? ''
       : `Irradiance is known to ${significant(100 * manifest.error)} % on 80 % of the surface.`;
     this.draw();

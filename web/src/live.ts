@@ -31,6 +31,8 @@ export class Live {
   row: Row | null = null;
   private version = 0;
   private listens = false;
+  // Whether something was wished for since the last look began.
+  private again = false;
   private adaptive: Adaptive | null = null;
 
   constructor(private app: App) {
@@ -46,10 +48,15 @@ export class Live {
 
   // Shows what is new until the work is done.
   private listen(): void {
+    this.again = true;
     if (this.listens) return;
     this.listens = true;
     const all = async () => {
-      while (!await this.look()) { /* goes on */ }
+      let done = false;
+      while (!done || this.again) {
+        this.again = false;
+        done = await this.look();
+      }
     };
     all().finally(() => {
       this.listens = false;
@@ -61,8 +68,7 @@ export class Live {
     const state = await (await ask('state')).json() as State;
     const share = state.share === null ? '' : ` ${Math.floor(100 * state.share)} %`;
     byId('work').textContent = state.failure ?? state.refusal ?? `${state.stage}${share}`;
-    byId('work').hidden = state.done && state.failure === null && state.refusal === null;
-    this.adaptive?.follow(state.splits, state.tolerance);
+    if (!this.again) this.adaptive?.follow(state.splits, state.tolerance);
     if (state.failure !== null) throw new Error(state.failure);
     if (state.version > this.version) {
       const bytes = new Uint8Array(await (await ask(`data?version=${state.version}`)).arrayBuffer());
@@ -71,6 +77,7 @@ export class Live {
       // The row was of the light before.
       if (this.row) this.close();
     }
+    byId('work').hidden = state.done && !this.again && state.refusal === null;
     if (!state.done) await new Promise((resolve) => { setTimeout(resolve, WAIT); });
     return state.done && state.version === this.version;
   }
@@ -88,10 +95,10 @@ export class Live {
       void this.wish(`reflectance?material=${encodeURIComponent(name)}&reflectance=${linear(value).join(',')}`);
     });
     colour.value = colourOf(0);
-    this.adaptive = new Adaptive(app.panel, (tolerance) => {
+    this.adaptive = new Adaptive(app.panel, {
       // One wants to see what is split.
-      if (tolerance !== null) app.outline(true);
-      return this.wish(`subdivision?tolerance=${tolerance ?? 'uniform'}`);
+      ticked: () => app.outline(true),
+      wish: (tolerance) => this.wish(`subdivision?tolerance=${tolerance ?? 'uniform'}`),
     });
     app.panel.heading('Form factors');
     app.panel.note('Click a place, or press F for the middle: what its patch sees. Escape shows the picture again.');
@@ -123,13 +130,16 @@ export class Live {
       return;
     }
     const place = app.place(x, y, reading.facet)?.join(',');
-    const answer = await ask(`row?version=${this.version}&facet=${reading.facet}&at=${place}`, 'GET', [404]);
+    const { version } = this;
+    const answer = await ask(`row?version=${version}&facet=${reading.facet}&at=${place}`, 'GET', [404]);
     // Light that is not shown yet has other triangles, and some places belong to no patch.
     if (!answer.ok) {
       byId('spoken').textContent = 'Nothing is known of that place yet.';
       return;
     }
     const row = await answer.json() as Row;
+    // By now other patches may be shown.
+    if (version !== this.version) return;
     this.row = row;
     const values = new Float32Array(row.patches);
     const most = row.factors.reduce((largest, f) => Math.max(largest, f), Number.MIN_VALUE);
@@ -140,7 +150,7 @@ export class Live {
     app.heat(values);
     const seen = byId('seen');
     const [image, caption, bar, scale] = seen.children as unknown as [HTMLImageElement, HTMLElement, HTMLElement, HTMLElement];
-    image.src = `hemicube?patch=${row.patch}&version=${this.version}`;
+    image.src = `hemicube?patch=${row.patch}&version=${version}`;
     bar.style.background = LEGEND;
     scale.replaceChildren(...[2 ** -HEAT_OCTAVES * most, 2 ** (-HEAT_OCTAVES / 2) * most, most].map((value) => {
       const mark = document.createElement('span');

@@ -25,9 +25,8 @@ export class Pace {
       this.mean += (took - this.mean) / 3;
       if (this.mean > SLOW) this.share = Math.max(this.share * Math.max(Math.sqrt(SLOW / this.mean), 0.7), FEWEST);
       else if (this.mean < QUICK) this.share = Math.min(this.share * 1.05, 1);
+      this.fit(this.share);
     }
-    // What was enough before is so at once.
-    this.fit(this.share);
     this.timer = setTimeout(() => {
       if (this.fit(1)) this.redraw();
     }, REST);

@@ -23,6 +23,8 @@ export class Surfaces {
   heats: Float32Array = new Float32Array();
   private geometry = new BufferGeometry();
   private outlines?: LineSegments;
+  private outlining?: Promise<void>;
+  private outlined = false;
 
   private constructor(private archive: Archive, private manifest: Manifest, light: Record<string, IUniform>, unit: number) {
     this.shared = {
@@ -89,17 +91,21 @@ export class Surfaces {
 
   // Shows the outlines of patches, or hides them.
   async outline(shown: boolean): Promise<void> {
-    if (shown && !this.outlines) {
-      const geometry = new BufferGeometry();
-      geometry.setAttribute('position', new BufferAttribute(await this.archive.array<Uint16Array>('mesh/outlines'), 3, true));
-      const [low, high] = this.manifest.bounds;
-      this.outlines = new LineSegments(geometry, new LineBasicMaterial({ color: 0xffffff, transparent: true, opacity: 0.45 }));
-      this.outlines.position.set(...low);
-      this.outlines.scale.set(high[0] - low[0], high[1] - low[1], high[2] - low[2]);
-      this.outlines.frustumCulled = false;
-      this.scene.add(this.outlines);
-    }
-    if (this.outlines) this.outlines.visible = shown;
+    this.outlined = shown;
+    if (shown) await (this.outlining ??= this.addOutlines());
+    // Meanwhile it may have changed.
+    if (this.outlines) this.outlines.visible = this.outlined;
+  }
+
+  private async addOutlines(): Promise<void> {
+    const geometry = new BufferGeometry();
+    geometry.setAttribute('position', new BufferAttribute(await this.archive.array<Uint16Array>('mesh/outlines'), 3, true));
+    const [low, high] = this.manifest.bounds;
+    const lines = this.outlines = new LineSegments(geometry, new LineBasicMaterial({ color: 0xffffff, transparent: true, opacity: 0.45 }));
+    lines.position.set(...low);
+    lines.scale.set(high[0] - low[0], high[1] - low[1], high[2] - low[2]);
+    lines.frustumCulled = false;
+    this.scene.add(lines);
   }
 
   // Shows values of patches in the mode for them, as shares of the largest.

@@ -110,8 +110,8 @@ impl Live {
 
     /// Asks for a material that reflects otherwise.
     pub fn wish_reflectance(&self, material: String, reflectance: Rgb) {
-        self.wish(|w| {
-            w.reflectances.insert(material, reflectance);
+        self.wish(|s| {
+            s.wishes.reflectances.insert(material, reflectance);
         });
     }
 
@@ -120,34 +120,36 @@ impl Live {
     pub fn wish_subdivision(&self, tolerance: Option<f64>) -> bool {
         let may = self.with(|s| s.splits);
         if may {
-            self.wish(|w| w.subdivision = Some(tolerance));
-            self.split_by(tolerance);
+            self.wish(|s| {
+                s.wishes.subdivision = Some(tolerance);
+                s.tolerance = tolerance;
+            });
         }
         may
     }
 
     /// Asks for something; work that heeds wishes stops.
-    fn wish(&self, ask: impl FnOnce(&mut Wishes)) {
+    fn wish(&self, ask: impl FnOnce(&mut State)) {
         self.with(|s| {
-            ask(&mut s.wishes);
+            ask(s);
             (s.done, s.stage, s.total, s.refusal) = (false, "wait".into(), 0, None);
         });
         self.wished.notify_all();
     }
 
-    /// Says that other subdivisions may be wished for.
-    pub fn allow_splits(&self) {
-        self.with(|s| s.splits = true);
+    /// Says what subdivision there is, and whether others may be wished for.
+    pub fn subdivided(&self, tolerance: Option<f64>, splits: bool) {
+        self.with(|s| (s.tolerance, s.splits) = (tolerance, splits));
     }
 
-    /// Says what subdivision is shown or in the making.
-    pub fn split_by(&self, tolerance: Option<f64>) {
-        self.with(|s| s.tolerance = tolerance);
-    }
-
-    /// Says why a wish was not fulfilled.
-    pub fn refuse(&self, why: String) {
-        self.with(|s| s.refusal = Some(why));
+    /// Says why a subdivision was not made, and what there is instead, unless another one is wished
+    /// for.
+    pub fn refuse(&self, why: String, tolerance: Option<f64>) {
+        self.with(|s| {
+            if s.wishes.subdivision.is_none() {
+                (s.refusal, s.tolerance) = (Some(why), tolerance);
+            }
+        });
     }
 
     /// Whether something is wished for.
@@ -179,12 +181,8 @@ impl Live {
         self.with(|s| Arc::clone(&s.data))
     }
 
-    /// What is known of the light that is shown.
-    pub fn lit(&self) -> Option<Arc<Lit>> {
-        self.with(|s| s.lit.clone())
-    }
-
-    /// The same, if it is of that version: facets have other numbers in another.
+    /// What is known of the light that is shown, if it is of that version: facets and patches have
+    /// other numbers in another.
     pub fn lit_of(&self, version: u64) -> Option<Arc<Lit>> {
         self.with(|s| s.lit.clone().filter(|_| s.version == version))
     }

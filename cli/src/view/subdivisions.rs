@@ -2,6 +2,7 @@
 //! another subdivision that its page wishes for.
 
 use hemicube::form_factors::FormFactors;
+use hemicube::progress::Progress;
 use hemicube::scene::Scene;
 use hemicube::store::Store;
 
@@ -11,7 +12,8 @@ use crate::failure::Failure;
 use crate::render::{light_failure, options_of};
 use crate::solutions::{self, is_solution};
 
-/// Patches that adaptive subdivision yields at most, about, where no smallest size is given.
+/// So many patches of one size are as small as adaptive subdivision makes any, where no smallest
+/// size is given.
 const FINEST: f64 = 5_000.0;
 
 /// Solutions on the patches of one subdivision.
@@ -44,11 +46,8 @@ impl<'a> Subdivisions<'a> {
     ) -> Result<Self, Failure> {
         let (store, factors) = solutions::store(scene, input, light, &[], told)?;
         let tolerance = light.max_factor;
-        told.live.split_by(tolerance);
         // A file of solutions keeps its patches.
-        if !is_solution(&input.model.scene) {
-            told.live.allow_splits();
-        }
+        told.live.subdivided(tolerance, !is_solution(&input.model.scene));
         let asked = Solved { tolerance, store, factors };
         Ok(Self { input, light, asked, other: None, wanted: tolerance })
     }
@@ -59,8 +58,8 @@ impl<'a> Subdivisions<'a> {
     }
 
     /// Solves for the reflectances that the scene has now, on the patches of the subdivision that
-    /// is wished for; whether that is anything new. One that cannot be made is told of, and what
-    /// was shown stays.
+    /// is wished for; whether that is anything new. One that cannot be made is told of, and gives
+    /// way to what the command asks for.
     pub fn make(
         &mut self,
         scene: &Scene,
@@ -69,17 +68,20 @@ impl<'a> Subdivisions<'a> {
     ) -> Result<bool, Failure> {
         let before = self.shown().tolerance;
         self.wanted = subdivision.unwrap_or(self.wanted);
-        if self.wanted == self.asked.tolerance {
+        if self.wanted != before {
+            // Memory holds two at a time.
             self.other = None;
-        } else if self.wanted != self.shown().tolerance {
+        }
+        if self.wanted != self.shown().tolerance {
             match self.subdivided(scene, told) {
                 Ok(other) => self.other = Some(other),
                 Err(failure) if told.live.is_wished() => return Err(failure),
                 Err(Failure::Cancelled) => return Err(Failure::Cancelled),
                 Err(failure) => {
-                    told.live.refuse(failure.to_string());
-                    self.wanted = self.shown().tolerance;
-                    told.live.split_by(self.wanted);
+                    self.wanted = self.asked.tolerance;
+                    told.live.refuse(failure.to_string(), self.wanted);
+                    told.warn(&failure.to_string());
+                    told.bar.finish();
                 }
             }
         }
