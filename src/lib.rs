@@ -90,6 +90,7 @@ pub mod solution;
 pub mod uncertainty;
 pub mod store;
 pub mod matrix;
+pub mod heat;
 pub mod gather;
 pub mod render;
 pub mod tone;

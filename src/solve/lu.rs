@@ -33,7 +33,7 @@ const COLUMNS: usize = 6;
 const TASK: usize = 8 * COLUMNS;
 
 /// Factors of a square matrix.
-pub(super) struct Lu<'a> {
+pub(crate) struct Lu<'a> {
     /// L below the diagonal, U on and above it, column by column.
     factors: &'a mut [f64],
     /// The row that was exchanged with each row, in order.

@@ -1,0 +1,312 @@
+//! The heat balance: temperatures and net fluxes of all nodes, and what the whole adds up to.
+
+use super::deviation::{Deviations, Solution, deviations};
+use super::error::HeatError;
+use super::exchange::Exchange;
+use super::network::{Network, weights};
+use super::sunlight::{Sunlight, Sunlit};
+use super::{emissive_power, temperature};
+use crate::progress::Progress;
+use crate::scene::disjoint_sets::DisjointSets;
+
+/// Relative residual that equations are solved to.
+pub(super) const TOLERANCE: f64 = 1e-13;
+
+/// What is known of a node.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Condition {
+    /// Its temperature, K.
+    Temperature(f64),
+    /// The heat that is supplied to it from elsewhere than radiation, W; 0 if it is adiabatic.
+    Heat(f64),
+}
+
+/// What a heat balance is made of. A row is a side of a face, or of what faces are lumped to.
+#[derive(Debug, Clone, Copy)]
+pub struct HeatInput<'a> {
+    /// Exchange areas between the rows.
+    pub exchange: &'a Exchange,
+    /// Of each row, 0..1.
+    pub emissivity: &'a [f64],
+    /// The node of each row: rows of one node have one temperature.
+    pub node_of: &'a [u32],
+    /// What is known of each node.
+    pub conditions: &'a [Condition],
+    /// The temperature of what surrounds the model, K; `None` for 0 K.
+    pub environment: Option<f64>,
+    /// Sunlight, if there is any.
+    pub sunlight: Option<Sunlight<'a>>,
+    /// The surface of each row, of `surfaces`, for sums.
+    pub surface_of: &'a [u32],
+    /// How many surfaces there are.
+    pub surfaces: usize,
+    /// Root-mean-square error of the form factors over their own, 0 or more.
+    pub error: f64,
+}
+
+/// One side of a face.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct SideHeat {
+    /// K; `None` where nothing says which.
+    pub temperature: Option<f64>,
+    /// Infrared radiosity J, W/m².
+    pub radiosity: f64,
+    /// Infrared irradiance H, W/m².
+    pub irradiance: f64,
+    /// Net infrared flux that leaves, W/m².
+    pub flux: f64,
+    /// Sunlight absorbed, W/m².
+    pub sunlight: f64,
+    /// Half the width of the 95 % interval of the temperature, K.
+    pub temperature_error: f64,
+    /// Half the width of the 95 % interval of the net flux `flux - sunlight`, W/m².
+    pub flux_error: f64,
+}
+
+impl SideHeat {
+    /// Net flux that leaves in both bands, W/m²: the heat that is supplied to it.
+    #[must_use]
+    pub fn net(&self) -> f64 {
+        self.flux - self.sunlight
+    }
+}
+
+/// Several sides together.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct SurfaceHeat {
+    /// m².
+    pub area: f64,
+    /// The mean over the area, lowest and highest temperature, K; `None` where no side has one.
+    pub temperature: Option<[f64; 3]>,
+    /// Heat that is supplied and leaves by radiation, W.
+    pub net: f64,
+    /// Sunlight absorbed, W.
+    pub sunlight: f64,
+    /// Half the width of the 95 % interval of the mean temperature, K.
+    pub temperature_error: f64,
+    /// Half the width of the 95 % interval of `net`, W.
+    pub net_error: f64,
+}
+
+/// All of them, and what they add up to.
+#[derive(Debug, Clone)]
+pub struct HeatBalance {
+    /// One a row.
+    pub sides: Vec<SideHeat>,
+    /// One a surface.
+    pub surfaces: Vec<SurfaceHeat>,
+    /// Heat that is supplied to surfaces, W: the sum of what is positive.
+    pub supplied: f64,
+    /// Heat that is taken from surfaces, W: the sum of what is negative, as a positive number.
+    pub removed: f64,
+    /// Net infrared heat that leaves to the environment, W.
+    pub to_environment: f64,
+    /// Sunlight that comes in, leaves again, and is absorbed, W.
+    pub sunlight: [f64; 3],
+    /// What all this leaves unaccounted for, over what is exchanged, 0 or more.
+    pub imbalance: f64,
+    /// Iterations.
+    pub iterations: u32,
+}
+
+/// Finds temperatures and net fluxes.
+///
+/// # Errors
+/// If a number is out of range, no temperature settles, or the caller cancelled.
+pub fn balance(input: &HeatInput<'_>, progress: &dyn Progress) -> Result<HeatBalance, HeatError> {
+    let HeatInput { exchange, emissivity, node_of, conditions, .. } = *input;
+    check(input)?;
+    progress.stage("heat balance", 0);
+    let sunlit = input.sunlight.map(|s| s.solve(exchange, TOLERANCE, progress)).transpose()?;
+    let supply = supply(input, sunlit.as_ref());
+    let settled = settled(input, &supply)?;
+    let floating: Vec<bool> = conditions.iter().map(|c| matches!(c, Condition::Heat(_))).collect();
+    let network = Network::new(exchange, emissivity, node_of, &floating);
+    let weight = weights(exchange, emissivity, node_of, conditions.len());
+    // All powers count from the lowest: so equal temperatures exchange nothing at all.
+    let given = conditions.iter().filter_map(power_of).chain(input.environment.map(emissive_power));
+    let lowest = given.fold(f64::INFINITY, f64::min);
+    let lowest = if lowest.is_finite() { lowest } else { 0.0 };
+    let around = input.environment.map_or(0.0, emissive_power) - lowest;
+    let own: Vec<f64> = emissivity
+        .iter()
+        .zip(node_of)
+        .map(|(e, &k)| match power_of(&conditions[k as usize]) {
+            Some(power) => e * (power - lowest),
+            None => e * over(supply[k as usize], weight[k as usize]),
+        })
+        .collect();
+    let arriving = |sent: &[f64]| -> Vec<f64> {
+        let between = exchange.times(sent);
+        between.iter().zip(&exchange.environment).map(|(b, s)| b + s * around).collect()
+    };
+    let (found, iterations) = network.solve(&arriving(&own), TOLERANCE, progress)?;
+    let sent: Vec<f64> = network.sent(&found).iter().zip(&own).map(|(m, c)| m + c).collect();
+    let arriving = arriving(&sent);
+    let mut absorbed = vec![0.0; conditions.len()];
+    for ((e, &k), h) in emissivity.iter().zip(node_of).zip(&arriving) {
+        absorbed[k as usize] += e * h;
+    }
+    let power = |k: usize| match power_of(&conditions[k]) {
+        Some(power) => power - lowest,
+        None => over(supply[k] + absorbed[k], weight[k]),
+    };
+    let sides: Vec<SideHeat> = (0..exchange.len())
+        .map(|i| {
+            let k = node_of[i] as usize;
+            let irradiance = over(arriving[i], exchange.areas[i]);
+            let known = settled[i] && (weight[k] > 0.0 || !floating[k]);
+            SideHeat {
+                temperature: known.then(|| temperature(power(k) + lowest)),
+                radiosity: sent[i] + lowest,
+                irradiance: irradiance + lowest,
+                flux: emissivity[i] * (power(k) - irradiance),
+                sunlight: sunlit.as_ref().map_or(0.0, |s| s.absorbed[i]),
+                ..SideHeat::default()
+            }
+        })
+        .collect();
+    let leaving = exchange.environment.iter().zip(&sent).map(|(s, j)| s * (j - around)).sum();
+    let solution =
+        Solution { network: &network, weights: &weight, sides: &sides, sunlit: sunlit.as_ref() };
+    let errors = deviations(input, &solution, progress)?;
+    Ok(summed(input, sides, leaving, sunlit.as_ref(), &errors, iterations))
+}
+
+/// A quotient; 0 by 0 is 0.
+pub(super) fn over(a: f64, b: f64) -> f64 {
+    if b > 0.0 { a / b } else { 0.0 }
+}
+
+/// What a node emits whose temperature is given, W/m².
+fn power_of(condition: &Condition) -> Option<f64> {
+    match condition {
+        Condition::Temperature(t) => Some(emissive_power(*t)),
+        Condition::Heat(_) => None,
+    }
+}
+
+fn check(input: &HeatInput<'_>) -> Result<(), HeatError> {
+    let share = |e: &f64| (0.0..=1.0).contains(e);
+    if let Some(row) = input.emissivity.iter().position(|e| !share(e)) {
+        let value = input.emissivity[row];
+        return Err(HeatError::Share { what: "an emissivity of", row, value });
+    }
+    let given = input.conditions.iter().filter_map(|c| match c {
+        Condition::Temperature(t) => Some(*t),
+        Condition::Heat(_) => None,
+    });
+    let is_temperature = |t: &f64| t.is_finite() && *t >= 0.0;
+    if let Some(t) = given.chain(input.environment).find(|t| !is_temperature(t)) {
+        return Err(HeatError::Temperature(t));
+    }
+    let heat = |c: &Condition| matches!(c, Condition::Heat(q) if !q.is_finite());
+    match input.conditions.iter().find(|c| heat(c)) {
+        Some(Condition::Heat(q) | Condition::Temperature(q)) => Err(HeatError::Flux(*q)),
+        None => Ok(()),
+    }
+}
+
+/// Heat that the infrared has to carry away from each node that floats, W.
+fn supply(input: &HeatInput<'_>, sunlit: Option<&Sunlit>) -> Vec<f64> {
+    let heat = |c: &Condition| if let Condition::Heat(q) = c { *q } else { 0.0 };
+    let mut supply: Vec<f64> = input.conditions.iter().map(heat).collect();
+    if let Some(sunlit) = sunlit {
+        let rows = input.node_of.iter().zip(&sunlit.absorbed).zip(&input.exchange.areas);
+        rows.for_each(|((k, s), a)| supply[*k as usize] += s * a);
+    }
+    supply
+}
+
+/// Whether each row exchanges, through others if need be, with something of a given temperature.
+fn settled(input: &HeatInput<'_>, supply: &[f64]) -> Result<Vec<bool>, HeatError> {
+    let HeatInput { exchange, emissivity, node_of, conditions, .. } = *input;
+    let n = exchange.len();
+    let mut sets = DisjointSets::new(n);
+    let mut first = vec![None; conditions.len()];
+    for i in 0..n {
+        exchange.row(i).filter(|e| e.1 > 0.0).for_each(|(j, _)| sets.join(i as u32, j as u32));
+        if emissivity[i] > 0.0 {
+            let first = *first[node_of[i] as usize].get_or_insert(i);
+            sets.join(i as u32, first as u32);
+        }
+    }
+    let (mut anchored, mut heat) = (vec![false; n], vec![0.0; n]);
+    for i in 0..n {
+        let set = sets.find(i as u32) as usize;
+        let fixed = power_of(&conditions[node_of[i] as usize]).is_some() && emissivity[i] > 0.0;
+        let out = input.environment.is_some() && exchange.environment[i] > 0.0;
+        anchored[set] |= fixed || out;
+    }
+    let mut row = vec![None; conditions.len()];
+    node_of.iter().enumerate().for_each(|(i, k)| row[*k as usize] = Some(i));
+    for (k, first) in first.iter().enumerate().filter(|k| supply[k.0] != 0.0) {
+        match (first, row[k]) {
+            (Some(i), _) => heat[sets.find(*i as u32) as usize] += supply[k],
+            (None, Some(_)) if power_of(&conditions[k]).is_none() => {
+                return Err(HeatError::White { node: k });
+            }
+            _ => {}
+        }
+    }
+    if let Some(row) = (0..n).find(|&i| heat[i] != 0.0 && !anchored[i]) {
+        return Err(HeatError::Unbounded { row, supplied: heat[row] });
+    }
+    Ok((0..n).map(|i| anchored[sets.find(i as u32) as usize]).collect())
+}
+
+/// Sums over surfaces and over all.
+fn summed(
+    input: &HeatInput<'_>,
+    mut sides: Vec<SideHeat>,
+    to_environment: f64,
+    sunlit: Option<&Sunlit>,
+    deviations: &Deviations,
+    iterations: u32,
+) -> HeatBalance {
+    let areas = &input.exchange.areas;
+    for (side, error) in sides.iter_mut().zip(&deviations.sides) {
+        let known = side.temperature.is_some();
+        [side.temperature_error, side.flux_error] = [if known { error[0] } else { 0.0 }, error[1]];
+    }
+    let mut surfaces = vec![SurfaceHeat::default(); input.surfaces];
+    let mut sums = vec![[0.0; 2]; input.surfaces];
+    for ((side, &a), &s) in sides.iter().zip(areas).zip(input.surface_of) {
+        let (surface, sums) = (&mut surfaces[s as usize], &mut sums[s as usize]);
+        surface.area += a;
+        surface.net += a * side.net();
+        surface.sunlight += a * side.sunlight;
+        if let Some(t) = side.temperature {
+            *sums = [sums[0] + a * t, sums[1] + a];
+            let [_, low, high] = surface.temperature.unwrap_or([0.0, t, t]);
+            surface.temperature = Some([0.0, low.min(t), high.max(t)]);
+        }
+    }
+    for ((surface, [sum, area]), error) in surfaces.iter_mut().zip(sums).zip(&deviations.surfaces) {
+        if let Some([mean, low, high]) = &mut surface.temperature {
+            *mean = if area > 0.0 { (sum / area).clamp(*low, *high) } else { *low };
+        }
+        [surface.temperature_error, surface.net_error] = *error;
+    }
+    let mut nodes = vec![0.0; input.conditions.len()];
+    for ((side, a), &k) in sides.iter().zip(areas).zip(input.node_of) {
+        nodes[k as usize] += a * side.net();
+    }
+    let positive = |sign: f64| nodes.iter().map(|q| (sign * q).max(0.0)).sum::<f64>();
+    let (supplied, removed) = (positive(1.0), positive(-1.0));
+    let absorbed = sides.iter().zip(areas).map(|(s, a)| s.sunlight * a).sum::<f64>();
+    let [received, escaped] = sunlit.map_or([0.0; 2], |s| [s.received, s.escaped]);
+    let infrared = supplied - removed + absorbed - to_environment;
+    let exchanged = supplied.max(removed).max(to_environment.abs()).max(received);
+    let missing = infrared.abs() + (received - escaped - absorbed).abs();
+    HeatBalance {
+        sides,
+        surfaces,
+        supplied,
+        removed,
+        to_environment,
+        sunlight: [received, escaped, absorbed],
+        imbalance: over(missing, exchanged),
+        iterations,
+    }
+}

@@ -1,0 +1,138 @@
+//! Gebhart factors: where what each side emits is absorbed in the end.
+//!
+//! ```text
+//! B_ij = ε_j X_ij / A_i        GR_ij = ε_i A_i B_ij = ε_i ε_j X_ij        X = (I - S ρ/A)⁻¹ S
+//! ```
+//!
+//! (B. Gebhart 1961, "Surface temperature calculations in radiant surroundings of arbitrary
+//! complexity - for gray, diffuse radiation", Int. J. Heat Mass Transfer 3, 341-346). The radiative
+//! conductors GR between two sides are symmetric: `Q_ij = GR_ij σ (T_i⁴ - T_j⁴)`.
+
+use std::io;
+
+use rayon::prelude::*;
+
+use super::error::HeatError;
+use super::exchange::Exchange;
+use crate::matrix::{Precision, Rows, SurfaceRow};
+use crate::progress::Progress;
+use crate::scene::Geometry;
+use crate::solve::Lu;
+
+/// Where what each side emits is absorbed, and the conductors between sides.
+#[derive(Debug, Clone)]
+pub struct Gebhart {
+    /// `ε_i A_i` of each side, m².
+    weights: Vec<f64>,
+    /// GR_ij, row by row, m².
+    conductors: Vec<f64>,
+    /// GR between each side and the environment, m².
+    environment: Vec<f64>,
+    surfaces: Vec<SurfaceRow>,
+}
+
+/// Finds the Gebhart factors of sides of these emissivities (0..1); `surfaces` are what rows stand
+/// for.
+///
+/// # Errors
+/// If they do not fit in `memory` (bytes), or the caller cancelled.
+pub fn gebhart(
+    exchange: &Exchange,
+    emissivity: &[f64],
+    surfaces: Vec<SurfaceRow>,
+    memory: u64,
+    progress: &dyn Progress,
+) -> Result<Gebhart, HeatError> {
+    let n = exchange.len();
+    let needed = 2 * 8 * (n as u64).pow(2);
+    if needed > memory {
+        return Err(HeatError::Memory { needed, allowed: memory });
+    }
+    progress.stage("Gebhart factors", 0);
+    // Symmetric, so rows are columns.
+    let mut conductors = exchange.dense();
+    let mut system = conductors.clone();
+    for (j, column) in system.chunks_exact_mut(n).enumerate() {
+        let area = exchange.areas[j];
+        let back = if area > 0.0 { (1.0 - emissivity[j]) / area } else { 0.0 };
+        column.iter_mut().for_each(|s| *s *= -back);
+        column[j] += 1.0;
+    }
+    let factors = Lu::new(&mut system, n, progress)?;
+    conductors.par_chunks_mut(n).enumerate().try_for_each(|(j, column)| {
+        factors.solve(column);
+        column.iter_mut().zip(emissivity).for_each(|(x, e)| *x *= e * emissivity[j]);
+        progress.advance(0)
+    })?;
+    let weights: Vec<f64> = exchange.areas.iter().zip(emissivity).map(|(a, e)| a * e).collect();
+    let open = exchange.environment.iter().any(|s| *s > 0.0);
+    let rest = |(row, weight): (&[f64], &f64)| match open {
+        true => (weight - row.iter().sum::<f64>()).max(0.0),
+        false => 0.0,
+    };
+    let environment = conductors.chunks_exact(n).zip(&weights).map(rest).collect();
+    Ok(Gebhart { weights, conductors, environment, surfaces })
+}
+
+impl Gebhart {
+    /// The conductors between different sides, each pair once, m²: `(i, j, GR)` with i < j. Those
+    /// that are zero are left out.
+    pub fn conductors(&self) -> impl Iterator<Item = (usize, usize, f64)> + '_ {
+        let n = self.weights.len();
+        let pairs = (0..n).flat_map(move |i| (i + 1..n).map(move |j| (i, j)));
+        // What one side sends to another and back differs in rounding.
+        let mean = move |i, j| 0.5 * (self.conductors[i * n + j] + self.conductors[j * n + i]);
+        pairs.map(move |(i, j)| (i, j, mean(i, j))).filter(|c| c.2 > 0.0)
+    }
+
+    /// The conductors to the environment, m²: `(i, GR)`, without zeros.
+    pub fn to_environment(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
+        self.environment.iter().copied().enumerate().filter(|c| c.1 > 0.0)
+    }
+
+    /// What the sides are.
+    #[must_use]
+    pub fn sides(&self) -> &[SurfaceRow] {
+        &self.surfaces
+    }
+}
+
+/// The matrix B: row i says where what side i emits is absorbed.
+impl Rows for Gebhart {
+    fn len(&self) -> usize {
+        self.weights.len()
+    }
+
+    fn entries(&self) -> u64 {
+        self.conductors.iter().filter(|c| **c > 0.0).count() as u64
+    }
+
+    fn precision(&self) -> Precision {
+        Precision::Double
+    }
+
+    fn row(&self, i: usize, columns: &mut Vec<u32>, values: &mut Vec<f64>) -> io::Result<()> {
+        let row = &self.conductors[i * self.len()..][..self.len()];
+        columns.clear();
+        values.clear();
+        for (j, gr) in (0_u32..).zip(row).filter(|e| *e.1 > 0.0) {
+            columns.push(j);
+            values.push(gr / self.weights[i]);
+        }
+        Ok(())
+    }
+
+    fn label(&self, i: usize) -> String {
+        let row = &self.surfaces[i];
+        if row.triangle.is_some() { i.to_string() } else { row.name.clone() }
+    }
+
+    fn surfaces(&self, _: &Geometry) -> Vec<SurfaceRow> {
+        self.surfaces.clone()
+    }
+
+    fn rest(&self, i: usize) -> [f64; 2] {
+        let emits = self.weights[i] > 0.0;
+        [if emits { self.environment[i] / self.weights[i] } else { 0.0 }, 0.0]
+    }
+}
