@@ -17,6 +17,7 @@ mod png;
 mod save;
 mod spill;
 mod target;
+mod vtu;
 
 use std::io;
 use std::path::PathBuf;
@@ -40,6 +41,7 @@ pub use png::{encode_picture, write_png};
 pub use save::{MATRIX_FORMATS, MatrixFormat, PICTURE_FORMATS, PictureFormat, write_matrix};
 pub use spill::Spill;
 pub use target::{can_write, folder_of, is_stream, target_of, write_whole};
+pub use vtu::{CellArray, CellValues, write_vtu};
 
 /// Why a file was not written.
 #[derive(Debug, Error)]
