@@ -2,6 +2,7 @@
 
 mod bake;
 mod factors;
+mod heat;
 mod input;
 mod light;
 mod run;
@@ -18,6 +19,7 @@ use glam::DVec3;
 
 pub use bake::{Bake, ModeArg};
 pub use factors::{FaceSides, Factors, GroupArg, with_group};
+pub use heat::{Heat, Named};
 pub use input::{Emission, Input, LampArg, Model, SidesArg, SunArg, Unit};
 pub use light::{ClusterArg, DeviceArg, DrawChoice, EngineArg, Light, SolverChoice};
 pub use solve::Solve;
@@ -68,6 +70,9 @@ pub enum Command {
     /// Make the matrix of form factors (view factors) of a model
     #[command(after_long_help = factors::EXAMPLES)]
     Factors(Box<Factors>),
+    /// Find temperatures and net heat fluxes by radiation between grey diffuse surfaces
+    #[command(after_long_help = heat::EXAMPLES)]
+    Heat(Box<Heat>),
     /// Say what a model holds, and what is wrong or doubtful with it
     #[command(after_long_help = INFO_EXAMPLES)]
     Info(Box<Info>),

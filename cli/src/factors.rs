@@ -10,12 +10,10 @@ use std::io::{ErrorKind, Write};
 use std::path::PathBuf;
 use std::time::Instant;
 
-use hemicube::engines::EngineError;
 use hemicube::export::{
     ExportError, MATRIX_FORMATS, MatrixFormat, write_csv, write_matrix, write_surfaces, write_whole,
 };
-use hemicube::form_factors::SinkError;
-use hemicube::matrix::{Lumped, MatrixError, MatrixOptions, Origin, Rows, make_where};
+use hemicube::matrix::{Lumped, MatrixOptions, Origin, Rows, make_where};
 use hemicube::progress::{Cancelled, Progress};
 use hemicube::report::Stage;
 use hemicube::scene::{Scene, SidesChoice};
@@ -66,8 +64,8 @@ pub fn run(args: &Factors) -> Result<(), Failure> {
     };
     let bar = Bar::new(args.run.quiet);
     let mut store = |forecast: &_| room::store(args, format, forecast);
-    let mut matrix =
-        make_where(&scene.geometry, &options, &mut store, &bar).map_err(|e| failure_of(args, e))?;
+    let mut matrix = make_where(&scene.geometry, &options, &mut store, &bar)
+        .map_err(|e| remedy::matrix_failure(&args.model.scene, e, args.enclosure))?;
     matrix.report.scene.clone_from(&scene.name);
     let start = Instant::now();
     let mut origin = matrix.origin(&scene.geometry);
@@ -158,19 +156,4 @@ fn write(
 
 fn export_failure(error: ExportError) -> Failure {
     Failure::of(error, Failure::failed)
-}
-
-fn failure_of(args: &Factors, error: MatrixError) -> Failure {
-    let scene = &args.model.scene;
-    Failure::of(error, |error| {
-        let text = format!("{error}{}", remedy::of_matrix(&error, args.enclosure));
-        match error {
-            MatrixError::Engine(EngineError::Device(_)) => Failure::Failed(text),
-            MatrixError::Sink(SinkError::Store(_)) => Failure::Failed(text),
-            MatrixError::Engine(_) | MatrixError::NoAccount | MatrixError::Unwanted(_) => {
-                Failure::Input(text)
-            }
-            _ => Failure::Input(format!("{}: {text}", scene.display())),
-        }
-    })
 }

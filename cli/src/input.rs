@@ -135,7 +135,7 @@ fn hang(scene: &mut Scene, lamp: &LampArg) -> Result<(), Failure> {
 }
 
 /// The sun at an azimuth clockwise from north, seen from above.
-fn sunlight(scene: &Scene, sun: SunArg) -> Lamp {
+pub fn sunlight(scene: &Scene, sun: SunArg) -> Lamp {
     let up = scene.up.normalize_or(DVec3::Y);
     let ahead = if up.y.abs() > 0.5 { DVec3::NEG_Z } else { DVec3::Y };
     let north = ahead.reject_from(up).normalize_or(up.any_orthonormal_vector());

@@ -6,6 +6,7 @@ mod dark;
 mod doubts;
 mod factors;
 mod failure;
+mod heat;
 mod info;
 mod input;
 mod machine;
@@ -53,6 +54,7 @@ fn run(arguments: &Arguments) -> Result<(), Failure> {
         Command::View(v) => view::run(v),
         Command::Probe(p) => probe::run(p),
         Command::Factors(f) => factors::run(f),
+        Command::Heat(h) => heat::run(h),
         Command::Info(i) => info::run(i),
         Command::Scenes => scenes::run(),
         Command::Paper(p) => paper::run(p),

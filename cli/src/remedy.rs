@@ -2,10 +2,12 @@
 //! that helps. Each text begins with `; `, or is empty.
 
 use std::collections::BTreeSet;
+use std::path::Path;
 
 use hemicube::engines::{AssembleError, EngineError};
 use hemicube::export::ReadError;
 use hemicube::form_factors::SinkError;
+use hemicube::heat::HeatError;
 use hemicube::matrix::{MatrixError, SameWith, StoredError};
 use hemicube::patches::PatchesError;
 use hemicube::refine::factor::RefineError;
@@ -14,6 +16,8 @@ use hemicube::scene::{Finding, ImportError, Scene, Setting, Sides};
 use hemicube::solution::LightError;
 use hemicube::solve::SolveError;
 use hemicube::store::{GroupError, MixError, emitters};
+
+use crate::failure::Failure;
 
 /// About a model that cannot be read.
 pub fn of_import(error: &ImportError) -> &'static str {
@@ -60,6 +64,32 @@ pub fn of_light(error: &LightError, direct: bool) -> String {
             format!("; use {solver}{larger}--memory {enough}M{rows}")
         }
         _ => String::new(),
+    }
+}
+
+/// Why the matrix of a scene was not made; `closed` if it was to be closed.
+pub fn matrix_failure(scene: &Path, error: MatrixError, closed: bool) -> Failure {
+    Failure::of(error, |error| {
+        let text = format!("{error}{}", of_matrix(&error, closed));
+        match error {
+            MatrixError::Engine(EngineError::Device(_)) => Failure::Failed(text),
+            MatrixError::Sink(SinkError::Store(_)) => Failure::Failed(text),
+            MatrixError::Engine(_) | MatrixError::NoAccount | MatrixError::Unwanted(_) => {
+                Failure::Input(text)
+            }
+            _ => Failure::Input(format!("{}: {text}", scene.display())),
+        }
+    })
+}
+
+/// About a heat balance that does not come about.
+pub fn of_heat(error: &HeatError) -> &'static str {
+    match error {
+        HeatError::Open { .. } => "; give it with --environment K, or close the model",
+        HeatError::Unbounded { .. } => "; give a --temperature to one of them, or an --environment",
+        HeatError::White { .. } => "; give it a larger --emissivity",
+        HeatError::Memory { .. } => "; allow more with --memory, or use fewer rows (--group)",
+        _ => "",
     }
 }
 

@@ -25,7 +25,7 @@ pub(super) fn push_number(bytes: &mut Vec<u8>, value: f64, precision: Precision)
 }
 
 /// A field, in quotation marks if it needs them.
-fn field(text: &str) -> String {
+pub(super) fn field(text: &str) -> String {
     if text.contains([',', '"', '\n', '\r']) {
         format!("\"{}\"", text.replace('"', "\"\""))
     } else {

@@ -21,6 +21,8 @@ pub struct Lumped {
     surfaces: Vec<SurfaceRow>,
     rest: Vec<[f64; 2]>,
     rows: Vec<(Vec<u32>, Vec<f64>)>,
+    /// The row here of each row of the matrix.
+    group_of: Vec<u32>,
 }
 
 impl Lumped {
@@ -81,7 +83,14 @@ impl Lumped {
             .collect();
         let rows = members.par_iter().map(|rows| lump(matrix, rows, &group_of, members.len()));
         let rest = members.iter().map(|rows| rest(matrix, rows)).collect();
-        Ok(Self { surfaces, rest, rows: rows.collect::<io::Result<_>>()? })
+        let rows = rows.collect::<io::Result<_>>()?;
+        Ok(Self { surfaces, rest, rows, group_of })
+    }
+
+    /// The row that row `i` of the matrix was lumped to.
+    #[must_use]
+    pub fn group_of(&self, i: usize) -> usize {
+        self.group_of[i] as usize
     }
 }
 

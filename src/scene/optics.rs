@@ -31,6 +31,10 @@ pub struct Material {
     pub alpha_texture: Option<u32>,
     /// Alpha at or above this counts as 1 and below it as 0, point by point (glTF `MASK`).
     pub alpha_cutoff: Option<f64>,
+    /// Whether the file says that it reflects as a mirror, glass or metal does, which is taken for
+    /// diffuse reflection.
+    #[serde(default)]
+    pub specular: bool,
 }
 
 /// Triangles whose alpha is below this let light through and are left out of visibility.
@@ -72,6 +76,7 @@ impl Default for Material {
             alpha: 1.0,
             alpha_texture: None,
             alpha_cutoff: None,
+            specular: false,
         }
     }
 }

@@ -110,6 +110,7 @@ impl Materials {
             reflectance: Rgb::new(factor[0], factor[1], factor[2]),
             radiance: Rgb::from(given.emissive_factor.0.map(f64::from)) * strength,
             emits_both: given.double_sided,
+            specular: is_metallic(given),
             ..Material::default()
         };
         if let Some(glossy) = glossy
@@ -156,7 +157,7 @@ impl Materials {
             None => {}
         }
         set_alpha(&mut material, given, factor[3]);
-        name_doubts(given, glossy.is_some(), &place, builder);
+        name_doubts(given, &place, builder);
 
         if let (Some(a), Some(b)) = (&base, &emissive)
             && (a.uv_set != b.uv_set || a.uv_transform != b.uv_transform)
@@ -303,10 +304,17 @@ fn set_alpha(material: &mut Material, given: &json::Material, factor: f64) {
     }
 }
 
+/// Whether it reflects as a metal does.
+fn is_metallic(given: &json::Material) -> bool {
+    let extensions = given.extensions.as_ref();
+    let glossy = extensions.is_some_and(|e| e.pbr_specular_glossiness.is_some());
+    !glossy && given.pbr_metallic_roughness.metallic_factor.0 > METALLIC
+}
+
 /// Names what of the material is taken for something else.
-fn name_doubts(given: &json::Material, glossy: bool, place: &str, builder: &mut SceneBuilder) {
+fn name_doubts(given: &json::Material, place: &str, builder: &mut SceneBuilder) {
     let pbr = &given.pbr_metallic_roughness;
-    if !glossy && pbr.metallic_factor.0 > METALLIC {
+    if is_metallic(given) {
         let textured =
             if pbr.metallic_roughness_texture.is_some() { " where its map says so" } else { "" };
         builder.finding(

@@ -1,0 +1,340 @@
+//! What the command line says of surfaces, and what that means for rows.
+
+use std::collections::{BTreeSet, HashMap};
+
+use hemicube::heat::{Condition, HeatError};
+use hemicube::scene::{GroupBy, Grouping, Scene, Side};
+
+use super::Model;
+use crate::args::{Heat, Named};
+use crate::failure::Failure;
+
+/// What is given for each triangle, front and back.
+pub struct Given {
+    temperature: Vec<[Option<f64>; 2]>,
+    flux: Vec<[Option<f64>; 2]>,
+    emissivity: Vec<[Option<f64>; 2]>,
+    absorptance: Vec<[Option<f64>; 2]>,
+}
+
+/// What is known of each row.
+pub struct OfRows {
+    pub emissivity: Vec<f64>,
+    pub absorptance: Vec<f64>,
+    /// The node of each row.
+    pub node_of: Vec<u32>,
+    /// What is known of each node.
+    pub conditions: Vec<Condition>,
+    /// The surface of each row.
+    pub surface_of: Vec<u32>,
+    /// Their names.
+    pub surfaces: Vec<String>,
+    /// Whether each of them, or a part of it, is adiabatic.
+    pub adiabatic: Vec<bool>,
+}
+
+/// Most names that a message tells.
+const NAMED: usize = 8;
+
+impl Given {
+    /// Reads what is given; refuses names that the model does not have, and what is contradictory.
+    pub fn new(args: &Heat, scene: &Scene) -> Result<Self, Failure> {
+        let names = Names::of(scene);
+        let read = |flag: &str, values: &[Named], for_all: bool| {
+            let mut all = vec![[None; 2]; scene.geometry.len()];
+            // What has a name goes before what has none.
+            let (named, plain): (Vec<_>, Vec<_>) = values.iter().partition(|v| v.name.is_some());
+            if let Some(value) = plain.iter().find(|_| !for_all) {
+                return Err(Failure::Input(format!(
+                    "{flag} {0}: says not what; write it like {flag} wall={0}",
+                    value.value
+                )));
+            }
+            for value in plain {
+                all.fill([Some(value.value); 2]);
+            }
+            for value in named {
+                let name = value.name.as_deref().unwrap_or_default();
+                for (triangle, side) in names.find(flag, name)? {
+                    let sides = &mut all[triangle];
+                    Side::BOTH
+                        .iter()
+                        .zip(sides)
+                        .filter(|s| side.is_none_or(|x| x == *s.0))
+                        .for_each(|(_, own)| *own = Some(value.value));
+                }
+            }
+            Ok(all)
+        };
+        let range = |flag: &str, values: &[Named], low: f64, high: f64, what: &str| match values
+            .iter()
+            .find(|v| !(low..=high).contains(&v.value))
+        {
+            Some(value) => {
+                let name = value.name.as_ref().map_or(String::new(), |n| format!("{n}="));
+                Err(Failure::Input(format!("{flag} {name}{}: {what}", value.value)))
+            }
+            None => Ok(()),
+        };
+        let share = "lies between 0 and 1";
+        range("--emissivity", &args.emissivity, 0.0, 1.0, share)?;
+        range("--absorptance", &args.absorptance, 0.0, 1.0, share)?;
+        let kelvin = "is no temperature in K; 20 °C are 293.15";
+        range("--temperature", &args.temperature, 0.0, 1e6, kelvin)?;
+        let environment: Vec<Named> =
+            args.environment.iter().map(|&value| Named { name: None, value }).collect();
+        range("--environment", &environment, 0.0, 1e6, kelvin)?;
+        if args.diffuse_sun.is_some_and(|sun| !(0.0..1e30).contains(&sun)) {
+            return Err(Failure::input("--diffuse-sun: an irradiance is not negative"));
+        }
+        refuse_mirrors(args, scene, &names)?;
+        let given = Self {
+            temperature: read("--temperature", &args.temperature, false)?,
+            flux: read("--flux", &args.flux, false)?,
+            emissivity: read("--emissivity", &args.emissivity, true)?,
+            absorptance: read("--absorptance", &args.absorptance, true)?,
+        };
+        let both = given.temperature.iter().zip(&given.flux);
+        let twice = |(t, q): (&[Option<f64>; 2], &[Option<f64>; 2])| {
+            t.iter().any(Option::is_some) && q.iter().any(Option::is_some)
+        };
+        if let Some(triangle) = both.map(twice).position(|twice| twice) {
+            return Err(Failure::Input(format!(
+                "{} has a --temperature and a --flux; give one of them",
+                names.surface(triangle)
+            )));
+        }
+        Ok(given)
+    }
+
+    /// What it means for the rows of a model.
+    pub fn of_rows(&self, model: &Model<'_>) -> Result<OfRows, Failure> {
+        let faces = &model.matrix.layout.faces;
+        let names = Names::of(model.scene);
+        let mut known: Vec<Option<Known>> = vec![None; model.rows.len()];
+        let mut absent = BTreeSet::new();
+        for (i, face) in faces.iter().enumerate().filter(|f| f.1.patch.is_some()) {
+            let (triangle, row) = (face.triangle.index(), model.row_of(i));
+            let Some(own) = self.of_side(triangle, face.side, &names)? else {
+                absent.insert(names.surface(triangle));
+                continue;
+            };
+            match known[row] {
+                None => known[row] = Some(own),
+                Some(other) if other == own => {}
+                Some(_) => {
+                    return Err(Failure::Input(format!(
+                        "--group: {} holds faces of which different things are given; group by \
+                         what they have in common, or leave --group out",
+                        model.rows[row].name
+                    )));
+                }
+            }
+        }
+        if !absent.is_empty() {
+            return Err(Failure::Input(format!(
+                "{}: no emissivity is given for {}; give --emissivity NAME=E, or one number for \
+                 all others",
+                model.scene.name,
+                listed(absent.into_iter())
+            )));
+        }
+        Ok(OfRows::new(model, &known))
+    }
+
+    /// What is known of a side of a triangle; nothing without an emissivity.
+    fn of_side(
+        &self,
+        triangle: usize,
+        side: Side,
+        names: &Names<'_>,
+    ) -> Result<Option<Known>, Failure> {
+        let own = usize::from(side == Side::Back);
+        let either = |values: &[[Option<f64>; 2]]| match values[triangle] {
+            [Some(a), Some(b)] if a != b => Err(Failure::Input(format!(
+                "{}: both sides of a face have one temperature and one supply of heat; give one",
+                names.surface(triangle)
+            ))),
+            [front, back] => Ok(front.or(back)),
+        };
+        let Some(emissivity) = self.emissivity[triangle][own] else { return Ok(None) };
+        Ok(Some(Known {
+            emissivity,
+            absorptance: self.absorptance[triangle][own].unwrap_or(emissivity),
+            temperature: either(&self.temperature)?,
+            flux: either(&self.flux)?,
+        }))
+    }
+}
+
+/// What is known of a row.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Known {
+    emissivity: f64,
+    absorptance: f64,
+    temperature: Option<f64>,
+    flux: Option<f64>,
+}
+
+impl OfRows {
+    fn new(model: &Model<'_>, known: &[Option<Known>]) -> Self {
+        let n = model.rows.len();
+        let faces = &model.matrix.layout.faces;
+        // Both sides of a patch are one node: that of its front.
+        let mut fronts = vec![(0, 0); model.scene.geometry.len()];
+        let mut place = vec![0; faces.len()];
+        for (i, face) in faces.iter().enumerate() {
+            if face.side == Side::Front {
+                let (first, count) = &mut fronts[face.triangle.index()];
+                (*first, *count) = (i - *count, *count + 1);
+            }
+            let before = i.checked_sub(1).map(|b| &faces[b]);
+            let follows =
+                before.is_some_and(|b| (b.triangle, b.side) == (face.triangle, face.side));
+            place[i] = if follows { place[i - 1] + 1 } else { 0 };
+        }
+        let mut node_of = vec![0; n];
+        let mut number = HashMap::new();
+        for (i, face) in faces.iter().enumerate() {
+            let (first, count): (usize, usize) = fronts[face.triangle.index()];
+            let partner = model.row_of(first + place[i].min(count - 1));
+            let next = number.len() as u32;
+            node_of[model.row_of(i)] = *number.entry(partner).or_insert(next);
+        }
+        let mut conditions = vec![Condition::Heat(0.0); number.len()];
+        for (row, known) in known.iter().enumerate() {
+            let condition = &mut conditions[node_of[row] as usize];
+            match known {
+                Some(Known { temperature: Some(t), .. }) => *condition = Condition::Temperature(*t),
+                // W of one side's area.
+                Some(Known { flux: Some(q), .. }) => {
+                    *condition = Condition::Heat(q * model.rows[row].area);
+                }
+                _ => {}
+            }
+        }
+        let (mut surfaces, mut number) = (Vec::new(), HashMap::new());
+        let surface_of: Vec<u32> = model
+            .rows
+            .iter()
+            .map(|row| {
+                let name = if row.name.is_empty() { "default" } else { &row.name };
+                let name = match row.side {
+                    Some(Side::Back) if model.lumped.is_none() => format!("{name}{BACK}"),
+                    _ => name.to_owned(),
+                };
+                *number.entry(name.clone()).or_insert_with(|| {
+                    surfaces.push(name);
+                    surfaces.len() as u32 - 1
+                })
+            })
+            .collect();
+        let mut adiabatic = vec![false; surfaces.len()];
+        for (known, surface) in known.iter().zip(&surface_of) {
+            let is = known.is_some_and(|k| k.temperature.is_none() && k.flux.is_none());
+            adiabatic[*surface as usize] |= is;
+        }
+        Self {
+            // What takes no part exchanges with itself alone.
+            emissivity: known.iter().map(|k| k.map_or(0.0, |k| k.emissivity)).collect(),
+            absorptance: known.iter().map(|k| k.map_or(0.0, |k| k.absorptance)).collect(),
+            node_of,
+            conditions,
+            surface_of,
+            surfaces,
+            adiabatic,
+        }
+    }
+}
+
+/// Where in the model an error is.
+pub fn place(error: &HeatError, model: &Model<'_>, rows: &OfRows) -> String {
+    let row = match error {
+        HeatError::Share { row, .. } | HeatError::Unbounded { row, .. } => Some(*row),
+        HeatError::White { node } => rows.node_of.iter().position(|k| *k as usize == *node),
+        _ => None,
+    };
+    row.map_or(String::new(), |row| format!("{} (row {row}): ", model.rows[row].name))
+}
+
+/// Refuses what the file says is a mirror, unless it is to be taken for a diffuse reflector.
+fn refuse_mirrors(args: &Heat, scene: &Scene, names: &Names<'_>) -> Result<(), Failure> {
+    let mut excused = vec![false; scene.geometry.len()];
+    for name in &args.diffuse {
+        names.find("--diffuse", name)?.iter().for_each(|(t, _)| excused[*t] = true);
+    }
+    let optics = &scene.optics;
+    let material = |t: usize| &optics.materials[optics.material_of[t] as usize];
+    let mirrors: BTreeSet<&str> = (0..excused.len())
+        .filter(|&t| !excused[t] && material(t).specular)
+        .map(|t| material(t).name.as_str())
+        .collect();
+    if mirrors.is_empty() {
+        return Ok(());
+    }
+    Err(Failure::Input(format!(
+        "{}: reflects like a mirror or metal in the file: {}; heat is exchanged diffusely here, so \
+         name with --diffuse what may be taken so",
+        scene.name,
+        listed(mirrors.into_iter())
+    )))
+}
+
+/// Names with commas between; many are counted.
+pub fn listed<'a>(names: impl ExactSizeIterator<Item = &'a str>) -> String {
+    let more = names.len().saturating_sub(NAMED);
+    let shown: Vec<&str> = names.take(NAMED).collect();
+    let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+    format!("{}{more}", shown.join(", "))
+}
+
+/// What a side that is named alone has after its name.
+const BACK: &str = " (back)";
+const FRONT: &str = " (front)";
+
+/// The names of a model.
+struct Names<'a> {
+    scene: &'a Scene,
+    /// By surface, material and object.
+    groupings: [Grouping; 3],
+}
+
+impl<'a> Names<'a> {
+    fn of(scene: &'a Scene) -> Self {
+        let by = [GroupBy::Surface, GroupBy::Material, GroupBy::Object];
+        Self { scene, groupings: by.map(|by| scene.grouping(by)) }
+    }
+
+    /// The surface of a triangle.
+    fn surface(&self, triangle: usize) -> &str {
+        let surfaces = &self.groupings[0];
+        &surfaces.names[surfaces.of[triangle] as usize]
+    }
+
+    /// The triangles of that name, and which side of them; both without one.
+    fn find(&self, flag: &str, name: &str) -> Result<Vec<(usize, Option<Side>)>, Failure> {
+        let sided = [(name, None)].into_iter().chain(
+            [(BACK, Side::Back), (FRONT, Side::Front)]
+                .into_iter()
+                .filter_map(|(suffix, side)| Some((name.strip_suffix(suffix)?, Some(side)))),
+        );
+        for (name, side) in sided {
+            for grouping in &self.groupings {
+                if let Some(group) = grouping.names.iter().position(|n| n == name) {
+                    let own = |t: &usize| grouping.of[*t] as usize == group;
+                    let all = (0..grouping.of.len()).filter(own);
+                    return Ok(all.map(|t| (t, side)).collect());
+                }
+            }
+        }
+        let [surfaces, materials, _] = &self.groupings;
+        let of = |grouping: &Grouping| listed(grouping.names.iter().map(String::as_str));
+        Err(Failure::Input(format!(
+            "{flag} {name}: {} has no surface, material or object of that name; it has the \
+             surfaces {} and the materials {}",
+            self.scene.name,
+            of(surfaces),
+            of(materials)
+        )))
+    }
+}

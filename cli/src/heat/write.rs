@@ -1,0 +1,115 @@
+//! The files of `hemicube heat`.
+
+use std::path::Path;
+
+use hemicube::export::{
+    ExportError, MATRIX_FORMATS, MatrixFormat, PictureFormat, conductors_table, sides_table,
+    surfaces_table, write_heat_vtu, write_matrix, write_whole,
+};
+use hemicube::heat::{Exchange, HeatBalance, HeatError, gebhart};
+use hemicube::matrix::MatrixReport;
+use serde_json::json;
+
+use super::Model;
+use super::given::OfRows;
+use crate::args::Heat;
+use crate::failure::Failure;
+use crate::machine;
+use crate::terminal::{Bar, print as tell, print_data};
+
+/// Refuses what cannot be written, before any work is done.
+pub fn check(args: &Heat) -> Result<(), Failure> {
+    let table = |path: &Path| MatrixFormat::of(path) == Some(MatrixFormat::Csv);
+    let refuse =
+        |path: &Path, what: &str| Err(Failure::Input(format!("{}: {what}", path.display())));
+    if let Some(path) = args.output.as_ref().filter(|p| !table(p) && !is_vtu(p)) {
+        return refuse(path, "faces are written as .csv or .vtu");
+    }
+    for path in [&args.surfaces, &args.conductors].into_iter().flatten().filter(|p| !table(p)) {
+        return refuse(path, "is written as .csv");
+    }
+    if let Some(path) = args.gebhart.as_ref().filter(|p| MatrixFormat::of(p).is_none()) {
+        return refuse(path, &format!("Gebhart factors are written as {MATRIX_FORMATS}"));
+    }
+    let plain = |p: &Path| PictureFormat::of(p).is_some_and(|f| !f.is_of_radiance());
+    match args.picture.as_ref().filter(|p| !plain(p)) {
+        Some(path) => refuse(path, "pictures of temperatures are written as .png or .jpg"),
+        None => Ok(()),
+    }
+}
+
+fn is_vtu(path: &Path) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("vtu"))
+}
+
+/// Writes all that is asked for but the picture.
+pub fn all(
+    args: &Heat,
+    model: &Model<'_>,
+    rows: &OfRows,
+    exchange: &Exchange,
+    found: &HeatBalance,
+    bar: &Bar,
+    failure: &dyn Fn(HeatError) -> Failure,
+) -> Result<(), Failure> {
+    let export = |e: ExportError| Failure::of(e, Failure::failed);
+    if let Some(path) = &args.output {
+        if is_vtu(path) {
+            let row_of = |i| model.row_of(i);
+            let geometry = &model.scene.geometry;
+            write_heat_vtu(path, geometry, model.matrix, &row_of, &model.rows, &found.sides)
+                .map_err(export)?;
+        } else {
+            let table = sides_table(&model.rows, &rows.emissivity, &found.sides);
+            write_whole(path, table.as_bytes()).map_err(export)?;
+        }
+    }
+    if let Some(path) = &args.surfaces {
+        let table = surfaces_table(&rows.surfaces, &found.surfaces);
+        write_whole(path, table.as_bytes()).map_err(export)?;
+    }
+    if args.gebhart.is_none() && args.conductors.is_none() {
+        return Ok(());
+    }
+    let memory = args.run.memory.unwrap_or_else(machine::available_memory);
+    let factors =
+        gebhart(exchange, &rows.emissivity, model.rows.clone(), memory, bar).map_err(failure)?;
+    if let Some(path) = &args.gebhart {
+        let mut origin = model.matrix.origin(&model.scene.geometry);
+        origin.lumped = true;
+        write_matrix(path, &factors, &model.rows, &origin, bar).map_err(export)?;
+    }
+    if let Some(path) = &args.conductors {
+        write_whole(path, conductors_table(&factors).as_bytes()).map_err(export)?;
+    }
+    Ok(())
+}
+
+/// The report, if that is wanted.
+pub fn report(args: &Heat, report: &MatrixReport, found: &HeatBalance) -> Result<(), Failure> {
+    let Some(path) = &args.run.report else { return Ok(()) };
+    let mut all = serde_json::to_value(report).map_err(Failure::failed)?;
+    let [received, escaped, absorbed] = found.sunlight;
+    all["heat"] = json!({
+        "iterations": found.iterations,
+        "supplied_w": found.supplied,
+        "removed_w": found.removed,
+        "to_environment_w": found.to_environment,
+        "sunlight_received_w": received,
+        "sunlight_escaped_w": escaped,
+        "sunlight_absorbed_w": absorbed,
+        "imbalance": found.imbalance,
+    });
+    let text = serde_json::to_string_pretty(&all).map_err(Failure::failed)?;
+    write_whole(path, text.as_bytes()).map_err(Failure::failed)
+}
+
+/// Prints the surfaces, or the names of what was written.
+pub fn print(args: &Heat, rows: &OfRows, found: &HeatBalance) -> Result<(), Failure> {
+    let files = [&args.output, &args.surfaces, &args.gebhart, &args.conductors, &args.picture];
+    files.into_iter().flatten().for_each(|path| tell(&path.display().to_string()));
+    if args.surfaces.is_none() {
+        print_data(surfaces_table(&rows.surfaces, &found.surfaces).trim_end());
+    }
+    Ok(())
+}
