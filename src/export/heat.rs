@@ -17,10 +17,15 @@ fn numbers(line: &mut Vec<u8>, values: &[Option<f64>]) {
         line.push(b',');
         if let Some(value) = value {
             // Rounding leaves zeros of either sign.
-            push_number(line, value + 0.0, Precision::Double);
+            push_number(line, rounded(*value) + 0.0, Precision::Double);
         }
     }
     line.push(b'\n');
+}
+
+/// A number to twelve digits, which is more than any of them is known to.
+fn rounded(value: f64) -> f64 {
+    format!("{value:.11e}").parse().unwrap_or(value)
 }
 
 fn text(bytes: Vec<u8>) -> String {

@@ -151,6 +151,8 @@ pub fn balance(input: &HeatInput<'_>, progress: &dyn Progress) -> Result<HeatBal
         Some(power) => power - lowest,
         None => over(supply[k] + absorbed[k], weight[k]),
     };
+    // A node of one side hands on what it is supplied with, to the last digit.
+    let alone = alone(node_of, &floating);
     let sides: Vec<SideHeat> = (0..exchange.len())
         .map(|i| {
             let k = node_of[i] as usize;
@@ -160,17 +162,32 @@ pub fn balance(input: &HeatInput<'_>, progress: &dyn Progress) -> Result<HeatBal
                 temperature: known.then(|| temperature(power(k) + lowest)),
                 radiosity: sent[i] + lowest,
                 irradiance: irradiance + lowest,
-                flux: emissivity[i] * (power(k) - irradiance),
+                flux: match alone[k] {
+                    true => over(supply[k], exchange.areas[i]),
+                    false => emissivity[i] * (power(k) - irradiance),
+                },
                 sunlight: sunlit.as_ref().map_or(0.0, |s| s.absorbed[i]),
                 ..SideHeat::default()
             }
         })
         .collect();
     let leaving = exchange.environment.iter().zip(&sent).map(|(s, j)| s * (j - around)).sum();
-    let solution =
-        Solution { network: &network, weights: &weight, sides: &sides, sunlit: sunlit.as_ref() };
+    let solution = Solution {
+        network: &network,
+        weights: &weight,
+        alone: &alone,
+        sides: &sides,
+        sunlit: sunlit.as_ref(),
+    };
     let errors = deviations(input, &solution, progress)?;
     Ok(summed(input, sides, leaving, sunlit.as_ref(), &errors, iterations))
+}
+
+/// Whether each node floats and has one side alone.
+fn alone(node_of: &[u32], floating: &[bool]) -> Vec<bool> {
+    let mut count = vec![0; floating.len()];
+    node_of.iter().for_each(|k| count[*k as usize] += 1);
+    floating.iter().zip(count).map(|(floats, count)| *floats && count == 1).collect()
 }
 
 /// A quotient; 0 by 0 is 0.

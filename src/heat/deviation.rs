@@ -41,6 +41,8 @@ pub(super) struct Solution<'a> {
     pub network: &'a Network<'a>,
     /// `a_k` of each node, m².
     pub weights: &'a [f64],
+    /// Whether each node floats and has one side alone, so that its net flux is known.
+    pub alone: &'a [bool],
     pub sides: &'a [SideHeat],
     pub sunlit: Option<&'a Sunlit>,
 }
@@ -52,7 +54,7 @@ pub(super) fn deviations(
     progress: &dyn Progress,
 ) -> Result<Deviations, HeatError> {
     let HeatInput { exchange, emissivity, node_of, conditions, surface_of, .. } = *input;
-    let Solution { network, weights, sunlit, .. } = *solution;
+    let Solution { network, weights, sunlit, alone, .. } = *solution;
     let n = exchange.len();
     let mut sides = vec![[0.0; 2]; n];
     let mut surfaces = vec![[0.0; 2]; input.surfaces];
@@ -117,7 +119,8 @@ pub(super) fn deviations(
                 Condition::Heat(_) => (over(absorbed[k], weights[k]), slopes[i]),
             };
             let sun = sunlight.as_ref().map_or(0.0, |s| over(s[i], a));
-            let off = [power * slope, emissivity[i] * (power - over(arriving[i], a)) - sun];
+            let flux = emissivity[i] * (power - over(arriving[i], a)) - sun;
+            let off = [power * slope, if alone[k] { 0.0 } else { flux }];
             let sum = &mut sums[surface_of[i] as usize];
             for q in 0..2 {
                 sides[i][q] += off[q] * off[q];

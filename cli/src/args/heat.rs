@@ -110,6 +110,10 @@ pub struct Heat {
     )]
     pub target: Option<DVec3>,
 
+    /// Vertical angle of view in degrees
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true, requires = "picture")]
+    pub vfov: Option<f64>,
+
     /// Pixels of the picture, without its legend [default: 720 high]
     #[arg(long, value_name = "WxH", value_parser = size, requires = "picture")]
     pub size: Option<(usize, usize)>,

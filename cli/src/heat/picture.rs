@@ -21,12 +21,15 @@ pub fn view(args: &Heat, scene: &Scene) -> Result<Option<View>, Failure> {
     if args.picture.is_none() {
         return Ok(None);
     }
-    let view = match (args.eye, args.target) {
+    let mut view = match (args.eye, args.target) {
         (Some(eye), Some(target)) => {
             View::through(Camera { up: scene.up, ..Camera::at(eye, target) })
         }
         _ => View::of(scene).map_err(picture_failure)?,
     };
+    if let Some(vfov) = args.vfov {
+        view.camera.vfov = vfov.to_radians();
+    }
     let (width, height) = args.size.unwrap_or((view.picture.width, view.picture.height));
     check(&view.camera, width, height).map_err(picture_failure)?;
     Ok(Some(View { picture: PictureOptions { width, height, ..view.picture }, ..view }))

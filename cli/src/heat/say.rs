@@ -50,7 +50,12 @@ pub fn summary(args: &Heat, report: &MatrixReport, rows: &OfRows, found: &HeatBa
             100.0 * account.back
         ));
     }
-    let watt = |w: f64| format!("{} W", significant(w));
+    // What rounding leaves is nothing.
+    let exchanged = found.supplied.max(found.removed).max(found.to_environment.abs());
+    let watt = |w: f64| match w.abs() > 1e-12 * exchanged {
+        true => format!("{} W", significant(w)),
+        false => String::from("0 W"),
+    };
     let [received, escaped, absorbed] = found.sunlight;
     let environment = match args.environment {
         Some(_) => format!(", {} to the environment", watt(found.to_environment)),
