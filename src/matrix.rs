@@ -5,6 +5,7 @@
 //! up to named groups of them. `export` writes either.
 
 mod assembly;
+mod cells;
 mod entries;
 mod error;
 mod forecast;
@@ -19,6 +20,7 @@ mod rows;
 mod storage;
 mod stored;
 
+pub use cells::{RowCells, mean_row};
 pub use entries::Matrix;
 pub use error::MatrixError;
 pub use forecast::Forecast;
@@ -27,7 +29,8 @@ pub use lumped::Lumped;
 pub use make::{Choice, make, make_where};
 pub use options::MatrixOptions;
 pub use report::{
-    ClosureReport, LossesReport, LostReport, MatrixReport, NamedRow, RowLoss, ThresholdReport,
+    ClosureReport, LossesReport, LostReport, MatrixReport, NamedRow, NpzReport, RowLoss,
+    ThresholdReport,
 };
 pub use rows::{FaceAccount, Precision, Rows, SurfaceRow};
 pub use storage::RowStore;

@@ -1,19 +1,25 @@
 //! `hemicube factors`: the matrix of form factors of a model.
 
 mod accuracy;
+mod dense;
+mod drawn;
 mod group;
+mod idf;
 mod losses;
 mod room;
 mod say;
 
 use std::io::{ErrorKind, Write};
-use std::path::PathBuf;
+use std::path::Path;
 use std::time::Instant;
 
 use hemicube::export::{
-    ExportError, MATRIX_FORMATS, MatrixFormat, write_csv, write_matrix, write_surfaces, write_whole,
+    ExportError, MATRIX_FORMATS, MatrixFormat, write_csv, write_idf, write_matrix, write_row_cells,
+    write_surfaces, write_whole,
 };
-use hemicube::matrix::{Lumped, MatrixOptions, Origin, Rows, make_where};
+use hemicube::matrix::{
+    Forecast, Lumped, Matrix, MatrixOptions, Origin, Rows, SurfaceRow, make_where,
+};
 use hemicube::progress::{Cancelled, Progress};
 use hemicube::report::Stage;
 use hemicube::scene::{Scene, SidesChoice};
@@ -48,12 +54,12 @@ pub fn run(args: &Factors) -> Result<(), Failure> {
         FaceSides::Two => SidesChoice::Two,
     };
     let scene = input::read_model(&args.model, sides, 0.9)?;
-    let files = [
-        ("-o", args.output.as_ref()),
-        ("--surfaces", args.surfaces.as_ref()),
-        ("--report", args.run.report.as_ref()),
-    ];
+    let mut files = vec![("-o", args.output.as_ref())];
+    files.extend(args.surfaces.iter().map(|path| ("--surfaces", Some(path))));
+    files.push(("--report", args.run.report.as_ref()));
     outputs::check(&files, &scene.files)?;
+    let zone = idf::zone_of(args, format, &scene)?;
+    drawn::check_names(args, &scene)?;
     input::say_findings(&scene, args.run.quiet);
     let options = MatrixOptions {
         patch_size: args.patch_size,
@@ -63,29 +69,44 @@ pub fn run(args: &Factors) -> Result<(), Failure> {
         memory: args.run.memory.unwrap_or_else(machine::available_memory),
     };
     let bar = Bar::new(args.run.quiet);
-    let mut store = |forecast: &_| room::store(args, format, forecast);
-    let mut matrix = make_where(&scene.geometry, &options, &mut store, &bar)
-        .map_err(|e| remedy::matrix_failure(&args.model.scene, e, args.enclosure))?;
+    // Pieces of a face that a mask cuts are one row, unless faces are cut anyway.
+    let by_face = args.patch_size.is_none() && !scene.geometry.face_of.is_empty();
+    let grouping = args.group.map(|group| scene.grouping(group.by().0));
+    let mut store = |forecast: &Forecast| {
+        let lumped = grouping.as_ref().map(|g| g.names.len());
+        let lumped = lumped.or(by_face.then(|| scene.geometry.faces()));
+        let sides = if args.sides == FaceSides::Two { 2 } else { 1 };
+        let rows = lumped.map_or(forecast.rows, |rows| sides * rows);
+        drawn::check_numbers(args, &scene, rows)?;
+        room::store(args, format, forecast)
+    };
+    let mut matrix =
+        make_where(&scene.geometry, &options, &mut store, &bar)
+            .map_err(|e| remedy::matrix_failure(&args.model.scene, e, args.enclosure))?;
     matrix.report.scene.clone_from(&scene.name);
     let start = Instant::now();
     let mut origin = matrix.origin(&scene.geometry);
     matrix.report.fingerprint.clone_from(&origin.fingerprint);
-    // Pieces of a face that a mask cuts are one row, unless faces are cut anyway.
-    let by_face = args.patch_size.is_none() && !scene.geometry.face_of.is_empty();
-    let lumped = match args.group.map(|group| scene.grouping(group.by().0)) {
-        Some(grouping) => Some(Lumped::new(&matrix, &scene.geometry, &grouping)),
+    let lumped = match &grouping {
+        Some(grouping) => Some(Lumped::new(&matrix, &scene.geometry, grouping)),
         None => by_face.then(|| Lumped::by_face(&matrix, &scene.geometry)),
     };
     let lumped = lumped.transpose().map_err(Failure::failed)?;
     matrix.report.grouped_by = args.group.map(|group| group.by().1).or(by_face.then_some("face"));
     matrix.report.groups = lumped.as_ref().map(Rows::len);
     origin.lumped = lumped.is_some();
-    match &lumped {
-        Some(lumped) => write(args, format, lumped, &scene, &origin, &bar)?,
-        None => write(args, format, &matrix, &scene, &origin, &bar)?,
-    }
+    let rows: &dyn Rows = lumped.as_ref().map_or(&matrix, |lumped| lumped);
+    let surfaces = rows.surfaces(&scene.geometry);
+    write(args, (format, &zone), rows, &surfaces, &origin, &bar)?;
+    write_tables(args, &scene, &matrix, lumped.as_ref(), &surfaces)?;
     bar.finish();
+    if format == MatrixFormat::Idf {
+        idf::warn_if_open(args, rows, &surfaces);
+    }
     let seconds = start.elapsed().as_secs_f64();
+    let npz = args.output.as_ref().filter(|_| format == MatrixFormat::Npz);
+    let npz = npz.and_then(|path| Some((path, dense::compare(path, rows)?)));
+    matrix.report.npz = npz.map(|npz| npz.1);
     matrix.report.stages.push(Stage { name: "write", seconds });
     matrix.report.peak_memory_bytes = machine::peak_memory();
     if let Some(path) = &args.run.report {
@@ -97,22 +118,33 @@ pub fn run(args: &Factors) -> Result<(), Failure> {
         if let Some(text) = args.group.and_then(|group| group::of_one_group(&scene, group)) {
             say(&format!("warning: {text}"));
         }
+        if let Some(text) = npz.and_then(|(path, npz)| dense::note(path, &npz)) {
+            say(&format!("note: {text}"));
+        }
     }
     // With the matrix itself on stdout there is no place for names.
     if let Some(path) = &args.output {
-        for path in [Some(path), args.surfaces.as_ref()].into_iter().flatten() {
+        for path in [path].into_iter().chain(&args.surfaces) {
             print(&path.display().to_string());
         }
     }
     accuracy::verdict(args, &matrix.report)
 }
 
+/// Whether a path of `--surfaces` has this extension, in either case.
+fn is(path: &Path, extension: &str) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case(extension))
+}
+
 /// The format of the matrix (a table on stdout); refuses what cannot be written before any work is
 /// done.
 fn format_of(args: &Factors) -> Result<MatrixFormat, Failure> {
-    let table = |path: &&PathBuf| MatrixFormat::of(path) == Some(MatrixFormat::Csv);
-    if let Some(path) = args.surfaces.as_ref().filter(|p| !table(p)) {
-        return Err(Failure::Input(format!("{}: --surfaces is written as .csv", path.display())));
+    if let Some(path) = args.surfaces.iter().find(|p| !is(p, "csv") && !is(p, "vtu")) {
+        let path = path.display();
+        return Err(Failure::Input(format!("{path}: --surfaces is written as .csv or .vtu")));
+    }
+    if !args.row.is_empty() && !args.surfaces.iter().any(|path| is(path, "vtu")) {
+        return Err(Failure::input("--row is used with --surfaces FILE.vtu only"));
     }
     let Some(path) = &args.output else { return Ok(MatrixFormat::Csv) };
     MatrixFormat::of(path).ok_or_else(|| {
@@ -121,20 +153,20 @@ fn format_of(args: &Factors) -> Result<MatrixFormat, Failure> {
     })
 }
 
-/// Writes the matrix, and what its rows stand for.
+/// Writes the matrix; as an .idf, that of the zone.
 fn write(
     args: &Factors,
-    format: MatrixFormat,
+    (format, zone): (MatrixFormat, &str),
     rows: &dyn Rows,
-    scene: &Scene,
+    surfaces: &[SurfaceRow],
     origin: &Origin,
     bar: &Bar,
 ) -> Result<(), Failure> {
-    let surfaces = rows.surfaces(&scene.geometry);
     let passes = if format == MatrixFormat::Npz { 3 } else { 1 };
     bar.stage("write", passes * rows.len() as u64);
     let written = match &args.output {
-        Some(path) => write_matrix(path, rows, &surfaces, origin, bar),
+        Some(path) if format == MatrixFormat::Idf => write_idf(path, rows, zone, origin, bar),
+        Some(path) => write_matrix(path, rows, surfaces, origin, bar),
         None => {
             bar.finish();
             let mut out = std::io::BufWriter::new(std::io::stdout().lock());
@@ -147,9 +179,25 @@ fn write(
             }
         }
     };
-    written.map_err(export_failure)?;
-    if let Some(path) = &args.surfaces {
-        write_surfaces(path, &surfaces).map_err(export_failure)?;
+    written.map_err(export_failure)
+}
+
+/// Writes what rows stand for: tables, and triangles with numbers on them.
+fn write_tables(
+    args: &Factors,
+    scene: &Scene,
+    matrix: &Matrix,
+    lumped: Option<&Lumped>,
+    surfaces: &[SurfaceRow],
+) -> Result<(), Failure> {
+    let rows: &dyn Rows = lumped.map_or(matrix, |lumped| lumped);
+    let drawn = drawn::drawn(args, rows, surfaces)?;
+    for path in &args.surfaces {
+        let written = match is(path, "vtu") {
+            true => write_row_cells(path, scene, matrix, lumped, surfaces, &drawn),
+            false => write_surfaces(path, surfaces),
+        };
+        written.map_err(export_failure)?;
     }
     Ok(())
 }

@@ -278,3 +278,24 @@ fn an_interrupt_ends_the_work_and_leaves_nothing() {
         assert!(bench.files().is_empty(), "{:?}", bench.files());
     }
 }
+
+#[test]
+fn the_report_compares_a_sparse_file_with_a_dense_array() {
+    let bench = Bench::new().with("room.obj", named_room());
+    let of = |args: &[&str]| {
+        let made = ["factors", "room.obj", "--patch-size", "0.1", "--report", "r.json"];
+        let said = bench.run(&[&made[..], args].concat()).ok().stderr;
+        assert!(!said.contains("dense"), "it is small: {said}");
+        let report = fs::read(bench.path("r.json")).unwrap();
+        serde_json::from_slice::<serde_json::Value>(&report).unwrap()
+    };
+    let (plain, closed) = (of(&["-o", "F.npz"]), of(&["-o", "C.npz", "--enclosure"]));
+    for (report, file, number) in [(plain, "F.npz", 4), (closed, "C.npz", 8)] {
+        let [n, entries] = ["rows", "entries"].map(|name| report[name].as_u64().unwrap());
+        let bytes = |name: &str| report["npz"][name].as_u64();
+        assert_eq!(bytes("file_bytes"), Some(fs::metadata(bench.path(file)).unwrap().len()));
+        assert_eq!(bytes("read_bytes"), Some(entries * (number + 4) + 4 * (n + 1)));
+        assert_eq!(bytes("dense_bytes"), Some(n * n * number));
+    }
+    assert!(of(&["-o", "F.npy"])["npz"].is_null());
+}

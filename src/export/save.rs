@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use super::{
-    ExportError, write_csv_file, write_exr, write_hdr, write_jpeg, write_mtx, write_npy, write_npz,
-    write_png,
+    ExportError, write_csv_file, write_exr, write_hdr, write_idf, write_jpeg, write_mtx, write_npy,
+    write_npz, write_png,
 };
 use crate::matrix::{Matrix, Origin, Rows, SurfaceRow};
 use crate::progress::Progress;
@@ -22,6 +22,8 @@ pub enum MatrixFormat {
     Mtx,
     /// `.csv`: a table with a header.
     Csv,
+    /// `.idf`: view factors between the surfaces of a zone, for EnergyPlus.
+    Idf,
 }
 
 impl MatrixFormat {
@@ -33,18 +35,21 @@ impl MatrixFormat {
             "npy" => Some(Self::Npy),
             "mtx" => Some(Self::Mtx),
             "csv" => Some(Self::Csv),
+            "idf" => Some(Self::Idf),
             _ => None,
         }
     }
 }
 
 /// The formats of matrices, as messages name them.
-pub const MATRIX_FORMATS: &str = ".npz, .npy, .mtx or .csv";
+pub const MATRIX_FORMATS: &str = ".npz, .npy, .mtx, .csv or .idf";
 
-/// Writes a matrix, the format being that of the extension. `surfaces` are what its rows stand for.
+/// Writes a matrix, the format being that of the extension. `surfaces` are what its rows stand for;
+/// the zone of an .idf has the name of the scene.
 ///
 /// # Errors
-/// If the extension is no format, or the system refuses.
+/// If the extension is no format, the format cannot hold such rows ([`write_idf`]), or the system
+/// refuses.
 pub fn write_matrix(
     path: &Path,
     rows: &dyn Rows,
@@ -57,12 +62,13 @@ pub fn write_matrix(
         Some(MatrixFormat::Npy) => write_npy(path, rows, progress),
         Some(MatrixFormat::Mtx) => write_mtx(path, rows, origin, progress),
         Some(MatrixFormat::Csv) => write_csv_file(path, rows, progress),
+        Some(MatrixFormat::Idf) => write_idf(path, rows, &origin.scene, origin, progress),
         None => Err(ExportError::Format { path: path.to_owned(), formats: MATRIX_FORMATS }),
     }
 }
 
 impl Matrix {
-    /// Writes the matrix of `geometry` as .npz, .npy, .mtx or .csv.
+    /// Writes the matrix of `geometry` as .npz, .npy, .mtx or .csv; an .idf wants lumped rows.
     ///
     /// # Errors
     /// As [`write_matrix`].

@@ -59,12 +59,25 @@ pub struct MatrixReport {
     pub grouped_by: Option<&'static str>,
     /// How many rows they were lumped to.
     pub groups: Option<usize>,
+    /// What the .npz takes, if one was written.
+    pub npz: Option<NpzReport>,
     /// The stages in order, with wall-clock seconds.
     pub stages: Vec<Stage>,
     /// Bytes that the work was foretold to take.
     pub foretold_memory_bytes: u64,
     /// Largest resident memory of the process in bytes, where the system tells.
     pub peak_memory_bytes: Option<u64>,
+}
+
+/// What a file of compressed sparse rows takes, beside a dense array.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct NpzReport {
+    /// Bytes of the file.
+    pub file_bytes: u64,
+    /// Bytes of memory that its rows take where SciPy has read them.
+    pub read_bytes: u64,
+    /// Bytes of a dense array of the same factors, in memory and as .npy.
+    pub dense_bytes: u64,
 }
 
 /// A row with the surface that it is of.

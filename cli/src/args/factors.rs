@@ -13,6 +13,8 @@ pub const EXAMPLES: &str = "Examples:
   hemicube factors oven.stl --unit mm -o F.npz --surfaces surfaces.csv
   hemicube factors room.glb --group --enclosure > factors.csv
   hemicube factors house.obj --group material -o F.csv
+  hemicube factors room.obj --group --enclosure -o zone.idf --zone \"Zone 1\"
+  hemicube factors room.obj --patch-size 0.01 -o F.npz --surfaces room.vtu --row ceiling
   hemicube factors satellite.obj --sides two --threshold 1e-6 -o F.mtx
   hemicube factors furnace.stl --patch-size 0.01 --error .01% -o F.npz
   hemicube factors hall.ply --engine hemicube --resolution 512 -o F.npz
@@ -20,8 +22,9 @@ pub const EXAMPLES: &str = "Examples:
 
 F_ij is the share of what patch i sends out that arrives at patch j; row i is face i of the file,
 from 0. Formats: .npz (scipy.sparse.load_npz), .npy (dense), .mtx (Matrix Market), .csv (dense, with
-labels). With --sides two the backs of all faces follow as rows n to 2n. Degenerate, duplicate and
-transparent faces keep a row of zeros.";
+labels), .idf (ZoneProperty:UserViewFactors:BySurfaceName of EnergyPlus, of lumped rows). With
+--sides two the backs of all faces follow as rows n to 2n. Degenerate, duplicate and transparent
+faces keep a row of zeros.";
 
 /// `hemicube factors`.
 #[derive(Debug, Args)]
@@ -30,13 +33,22 @@ pub struct Factors {
     #[command(flatten)]
     pub model: Model,
 
-    /// The matrix (.npz .npy .mtx .csv) [default: CSV on stdout]
+    /// The matrix (.npz .npy .mtx .csv, .idf for EnergyPlus) [default: CSV on stdout]
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
 
-    /// A table (.csv) of what each row stands for: surface, area, place, normal, account
+    /// A table (.csv) of what each row stands for: surface, area, place, normal, account; or the
+    /// same drawn on the model (.vtu, for ParaView)
     #[arg(long, value_name = "FILE")]
-    pub surfaces: Option<PathBuf>,
+    pub surfaces: Vec<PathBuf>,
+
+    /// Form factors to draw in the .vtu: those from a row, or from all rows of a surface together
+    #[arg(long, value_name = "NAME|INDEX")]
+    pub row: Vec<String>,
+
+    /// The zone in the .idf [default: the model's name]
+    #[arg(long, value_name = "NAME", hide_short_help = true)]
+    pub zone: Option<String>,
 
     /// Lump rows and columns to what the file names [default without a value: surface]
     #[arg(

@@ -74,6 +74,8 @@ fn file_bytes(args: &Factors, format: MatrixFormat, forecast: &Forecast) -> u64 
         MatrixFormat::Mtx => {
             entries.saturating_mul(digits + 2 * (u64::from(n.max(1).ilog10()) + 2))
         }
+        // Lumped matrices, which .idf alone holds, are small.
+        MatrixFormat::Idf => 0,
         // A zero takes two bytes.
         MatrixFormat::Csv => {
             entries.saturating_mul(digits).saturating_add(2 * all.saturating_sub(entries))
