@@ -117,6 +117,14 @@ fn a_face_that_is_cut_has_one_row() {
     let numbers: Vec<u32> = rows.iter().map(|r| r.triangle.unwrap()).collect();
     assert_eq!(numbers, [0, 1, 2, 3, 4, 5, 0, 1, 2, 3, 4, 5]);
     assert_eq!((faces.label(7), rows[7].name.as_str()), ("7".to_owned(), "floor"));
+    // Each piece is drawn with the row of its face, and its back with that of the face's.
+    let cells = matrix.cells(&scene.geometry);
+    assert_eq!((cells.front.len(), cells.back.len()), (cells.triangles.len(), cells.source.len()));
+    for (k, &source) in cells.source.iter().enumerate() {
+        let face = scene.geometry.face(source) as usize;
+        let [front, back] = [cells.front[k], cells.back[k]].map(|i| faces.group_of(i as usize));
+        assert_eq!([front, back], [face, face + 6]);
+    }
     let cross: f64 = CROSS.iter().map(|[x0, x1, y0, y1]| (x1 - x0) * (y1 - y0)).sum();
     assert!(((rows[4].area + rows[5].area) / cross - 1.0).abs() < 0.01);
 }

@@ -16,7 +16,7 @@ use hemicube::export::{read_npz, write_npz};
 use hemicube::matrix::{MatrixOptions, Rows, make};
 use hemicube::progress::Silent;
 use hemicube::scene::builtin::Mesh;
-use hemicube::scene::{Rgb, Scene, Sides, builtin};
+use hemicube::scene::{Rgb, Scene, Side, Sides, builtin};
 use hemicube::solve::{Method, SolveOptions, System, solve};
 
 const REFLECTANCE: f64 = 0.7;
@@ -104,4 +104,52 @@ fn open_systems_are_reciprocal_and_every_row_is_accounted_for() {
             assert!((there - back).abs() <= rounding, "{i} {j}: {there} {back}");
         }
     }
+}
+
+#[test]
+fn cells_are_the_parts_of_triangles_that_rows_stand_for() {
+    let mut scene = builtin::build("furnace").unwrap();
+    let geometry = &mut scene.geometry;
+    geometry.sides[..2].fill(Sides::Two);
+    let cut = MatrixOptions { patch_size: Some(0.2), ..MatrixOptions::default() };
+    let matrix = make(&scene.geometry, &cut, &Silent).unwrap();
+    let cells = matrix.cells(&scene.geometry);
+    let n = cells.triangles.len();
+    assert_eq!((cells.front.len(), cells.back.len(), cells.source.len()), (n, n, n));
+    assert!(n > 12 && cells.points.len() < 3 * n, "corners are shared");
+    let faces = &matrix.layout.faces;
+    for k in 0..n {
+        let [front, back] = [cells.front[k], cells.back[k]].map(|row| row as usize);
+        assert_eq!(front, k);
+        assert_eq!((faces[front].triangle, faces[front].side), (cells.source[k], Side::Front));
+        assert_eq!((faces[back].triangle, faces[back].side), (cells.source[k], Side::Back));
+        let [a, b, c] = cells.triangles[k].map(|p| cells.points[p as usize]);
+        let middle = (a + b + c) / 3.0;
+        let row = matrix.surface_row(&scene.geometry, front);
+        assert!((middle - row.centroid).length() < 1e-12);
+        assert!(((b - a).cross(c - a).normalize() - row.normal).length() < 1e-12);
+        // A back that is cut lies where its front does; one that has no part has one row.
+        if faces[back].patch.is_some() {
+            let back = matrix.surface_row(&scene.geometry, back);
+            assert!((middle - back.centroid).length() < 1e-12);
+        }
+    }
+    assert_eq!(faces.iter().filter(|f| f.side == Side::Back && f.patch.is_none()).count(), 10);
+
+    let one = MatrixOptions::default();
+    scene.geometry.sides.fill(Sides::One);
+    let matrix = make(&scene.geometry, &one, &Silent).unwrap();
+    let cells = matrix.cells(&scene.geometry);
+    assert_eq!((cells.triangles.len(), cells.points.len(), cells.back.len()), (12, 8, 0));
+}
+
+#[test]
+fn rows_of_faces_are_no_zone() {
+    let scene = builtin::build("furnace").unwrap();
+    let matrix = make(&scene.geometry, &MatrixOptions::default(), &Silent).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("zone.idf");
+    let error = matrix.save(&path, &scene.geometry, &Silent).unwrap_err().to_string();
+    assert!(error.contains("zone.idf") && error.contains("need names"), "{error}");
+    assert!(!path.exists());
 }

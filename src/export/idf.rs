@@ -1,9 +1,9 @@
 //! View factors as EnergyPlus reads them (`.idf`): one object
 //! `ZoneProperty:UserViewFactors:BySurfaceName` with the factor of each pair of named surfaces.
 //!
-//! Fields as in the Input Data Dictionary of EnergyPlus: the zone, then from, to and F(from, to) of
-//! each pair, zeros too. A field ends at `,` or `;`, a comment begins at `!`, a factor is at most 1,
-//! and names are compared without case.
+//! Fields are those of the Input Data Dictionary of EnergyPlus: the zone, then from, to and
+//! F(from, to) of each pair, zeros too. A field ends at `,` or `;`, a comment begins at `!`, a
+//! factor is at most 1, and names are compared without case.
 
 use std::collections::HashMap;
 use std::io::Write;
