@@ -2,8 +2,6 @@
 
 use std::path::Path;
 
-use glam::DVec3;
-
 use super::ExportError;
 use super::csv::{field, push_number};
 use super::vtu::{CellArray, CellValues, write_vtu};
@@ -90,9 +88,9 @@ pub fn conductors_table(factors: &Gebhart) -> String {
     text(all)
 }
 
-/// Writes the patches with the temperatures and fluxes of their rows, as ParaView reads them.
-/// `row_of` is the row of each row of the matrix. Backs lie on the same places as fronts, after
-/// them.
+/// Writes the triangles that rows stand for with their temperatures (K) and fluxes (W/m²), as
+/// ParaView reads them; arrays of backs end in ` (back)`. `row_of` is the row here of each row of
+/// the matrix.
 ///
 /// # Errors
 /// If the system refuses.
@@ -101,39 +99,36 @@ pub fn write_heat_vtu(
     geometry: &Geometry,
     matrix: &Matrix,
     row_of: &dyn Fn(usize) -> usize,
-    rows: &[SurfaceRow],
     sides: &[SideHeat],
 ) -> Result<(), ExportError> {
-    let (mut points, mut triangles, mut row) = (Vec::<DVec3>::new(), Vec::new(), Vec::new());
-    for (i, face) in matrix.layout.faces.iter().enumerate() {
-        let Some(patch) = face.patch else { continue };
-        let first = points.len() as u32;
-        points.extend(matrix.patches.cell(patch).corners(geometry));
-        triangles.push([first, first + 1, first + 2]);
-        row.push(row_of(i));
-    }
-    let of = |value: &dyn Fn(&SideHeat) -> f64| -> Vec<f64> {
-        row.iter().map(|&i| value(&sides[i])).collect()
-    };
-    let arrays = [
-        ("temperature", of(&|s| s.temperature.unwrap_or(f64::NAN))),
-        ("net_flux", of(&|s| s.net())),
-        ("infrared_flux", of(&|s| s.flux)),
-        ("sunlight", of(&|s| s.sunlight)),
-        ("radiosity", of(&|s| s.radiosity)),
-        ("irradiance", of(&|s| s.irradiance)),
-        ("temperature_error", of(&|s| s.temperature_error)),
-        ("net_flux_error", of(&|s| s.flux_error)),
-        ("area", row.iter().map(|&i| rows[i].area).collect()),
+    type Value = fn(&SideHeat) -> f64;
+    const ARRAYS: [(&str, Value); 8] = [
+        ("temperature", |s| s.temperature.unwrap_or(f64::NAN)),
+        ("net_flux", SideHeat::net),
+        ("infrared_flux", |s| s.flux),
+        ("sunlight", |s| s.sunlight),
+        ("radiosity", |s| s.radiosity),
+        ("irradiance", |s| s.irradiance),
+        ("temperature_error", |s| s.temperature_error),
+        ("net_flux_error", |s| s.flux_error),
     ];
-    let number: Vec<i32> = row.iter().map(|&i| i32::try_from(i).unwrap_or(-1)).collect();
-    let back = |i: &usize| i32::from(rows[*i].side == Some(Side::Back));
-    let side: Vec<i32> = row.iter().map(back).collect();
-    let mut all: Vec<CellArray<'_>> = arrays
-        .iter()
-        .map(|(name, values)| CellArray { name, values: CellValues::Numbers(values) })
-        .collect();
-    all.push(CellArray { name: "row", values: CellValues::Indices(&number) });
-    all.push(CellArray { name: "back", values: CellValues::Indices(&side) });
-    write_vtu(path, &points, &triangles, &all, &[])
+    let cells = matrix.cells(geometry);
+    let (mut numbers, mut indices) = (Vec::new(), Vec::new());
+    for (side, rows) in [("", &cells.front), (" (back)", &cells.back)] {
+        if rows.is_empty() {
+            continue;
+        }
+        let rows: Vec<usize> = rows.iter().map(|&row| row_of(row as usize)).collect();
+        for (name, value) in ARRAYS {
+            let values: Vec<f64> = rows.iter().map(|&i| value(&sides[i]) + 0.0).collect();
+            numbers.push((format!("{name}{side}"), values));
+        }
+        let rows: Vec<i32> = rows.into_iter().map(|i| i as i32).collect();
+        indices.push((format!("row{side}"), rows));
+    }
+    let numbers = numbers.iter().map(|(name, v)| (name, CellValues::Numbers(v)));
+    let indices = indices.iter().map(|(name, v)| (name, CellValues::Indices(v)));
+    let arrays: Vec<CellArray<'_>> =
+        numbers.chain(indices).map(|(name, values)| CellArray { name, values }).collect();
+    write_vtu(path, &cells.points, &cells.triangles, &arrays, &[])
 }

@@ -57,8 +57,7 @@ pub fn all(
         if is_vtu(path) {
             let row_of = |i| model.row_of(i);
             let geometry = &model.scene.geometry;
-            write_heat_vtu(path, geometry, model.matrix, &row_of, &model.rows, &found.sides)
-                .map_err(export)?;
+            write_heat_vtu(path, geometry, model.matrix, &row_of, &found.sides).map_err(export)?;
         } else {
             let table = sides_table(&model.rows, &rows.emissivity, &found.sides);
             write_whole(path, table.as_bytes()).map_err(export)?;
