@@ -74,6 +74,10 @@ fn describe(scene: &Scene) {
     ));
     let two = g.ids().filter(|t| g.sides[t.index()] == Sides::Two).count();
     print(&format!("  two-sided: {two} of {}", g.len()));
+    let only_block = g.ids().filter(|t| g.sides[t.index()] == Sides::None).count();
+    if only_block > 0 {
+        print(&format!("  obstructions that only block: {only_block} of {}", g.len()));
+    }
     if let Some((low, high)) = g.bounds() {
         let s = high - low;
         print(&format!("  size:      {} m", numbers(s, " x ")));

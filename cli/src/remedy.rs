@@ -129,6 +129,24 @@ pub fn of_matrix(error: &MatrixError, closed: bool) -> String {
     }
 }
 
+/// About the matrix of a View3D file that was not made.
+pub fn of_view3d(error: &MatrixError) -> String {
+    match error {
+        MatrixError::InsideOut => {
+            "; write vertices counter-clockwise as seen from inside, or encl=0".to_owned()
+        }
+        MatrixError::Open(_) => {
+            "; close the gaps, turn the surfaces round that are seen from behind, or write encl=0"
+                .to_owned()
+        }
+        MatrixError::Stalled(_) => "; write encl=0".to_owned(),
+        MatrixError::Memory { .. } => {
+            "; allow more with --memory, or use fewer surfaces".to_owned()
+        }
+        other => of_matrix(other, false),
+    }
+}
+
 /// About a stored matrix that does not serve a scene.
 pub fn of_stored(error: &StoredError) -> String {
     match error {
@@ -136,7 +154,7 @@ pub fn of_stored(error: &StoredError) -> String {
             let sides = match sides {
                 Some(Sides::One) => " --sides one",
                 Some(Sides::Two) => " --sides two",
-                None => "",
+                Some(Sides::None) | None => "",
             };
             let flip = if *flipped { " --flip, which one of both has" } else { "" };
             format!("; it is the same with{sides}{flip}")

@@ -19,7 +19,7 @@ fn refuse_model(name: &str, bytes: impl AsRef<[u8]>, parts: &[&str]) {
 
 #[test]
 fn an_empty_file() {
-    for name in ["model.obj", "model.glb", "model.gltf", "model.stl", "model.ply"] {
+    for name in ["model.obj", "model.glb", "model.gltf", "model.stl", "model.ply", "model.vs3"] {
         refuse_model(name, "", &["empty"]);
     }
 }

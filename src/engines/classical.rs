@@ -33,7 +33,7 @@ use super::engine::{Engine, EngineError};
 use crate::form_factors::kernel::point_to_polygon;
 use crate::form_factors::{Row, Weights};
 use crate::patches::{PatchId, Patches};
-use crate::scene::{Geometry, Side};
+use crate::scene::{Geometry, Side, Sides, TriangleId};
 use crate::visibility::{Blockers, Sight};
 
 /// The classical engine.
@@ -79,12 +79,14 @@ impl Classical {
     /// An engine for these patches; it makes no rows of clusters.
     #[must_use]
     pub fn new(geometry: &Geometry, patches: &Patches) -> Self {
-        // The fronts of all solid triangles tile them: every patch once, not once a side.
-        let triangles: Vec<[DVec3; 3]> = geometry
-            .ids()
-            .filter(|&t| geometry.is_solid(t))
+        // The fronts of all solid triangles tile them: every patch once, not once a side. What only
+        // blocks has no patches, and stands there as it is.
+        let solid = || geometry.ids().filter(|&t| geometry.is_solid(t));
+        let only_blocks = |t: &TriangleId| geometry.sides[t.index()] == Sides::None;
+        let triangles: Vec<[DVec3; 3]> = solid()
             .flat_map(|t| patches.of_side(t, Side::Front))
             .map(|id| patches.cell(id).corners(geometry))
+            .chain(solid().filter(only_blocks).map(|t| geometry.corners(t)))
             .collect();
         let blockers = Blockers::new(&triangles);
         let facets = patches

@@ -16,7 +16,7 @@ pub struct Face {
 
 /// The rows of a matrix in order: the fronts of all triangles as in the file, then, if any is
 /// two-sided, the backs of all. A side that is cut into patches has a row for each; one without has
-/// a single row of zeros.
+/// a single row of zeros. Triangles that only block have none.
 #[derive(Debug, Clone)]
 pub struct Layout {
     /// What each row stands for.
@@ -33,7 +33,8 @@ impl Layout {
         let mut faces = Vec::with_capacity(patches.len());
         let mut row_of = vec![0; patches.len()];
         for side in if two { &Side::BOTH[..] } else { &Side::BOTH[..1] } {
-            for triangle in geometry.ids() {
+            let has_rows = |t: &TriangleId| geometry.sides[t.index()] != Sides::None;
+            for triangle in geometry.ids().filter(has_rows) {
                 let (first, side) = (faces.len(), *side);
                 for patch in patches.of_side(triangle, side) {
                     row_of[patch.index()] = faces.len() as u32;

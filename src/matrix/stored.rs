@@ -142,7 +142,7 @@ impl Stored {
             }
             for sides in [None, Some(Sides::One), Some(Sides::Two)] {
                 if let Some(sides) = sides {
-                    other.sides.fill(sides);
+                    other.choose_sides(sides);
                 }
                 if hexadecimal(&other.fingerprint()) == self.origin.fingerprint {
                     return Some(SameWith { sides, flipped });

@@ -47,6 +47,8 @@ pub enum Sides {
     One,
     /// Front and back reflect.
     Two,
+    /// Neither side exchanges light: the triangle only blocks, and both sides absorb what arrives.
+    None,
 }
 
 /// Whether a source triangle takes part, and if not, why.
@@ -174,10 +176,20 @@ impl Geometry {
         self.whole_from.is_some_and(|from| id >= from)
     }
 
-    /// Whether this side of the triangle exchanges light (a back that does not absorbs).
+    /// Whether this side of the triangle exchanges light (one that does not absorbs).
     #[must_use]
     pub fn exchanges(&self, id: TriangleId, side: Side) -> bool {
-        self.is_solid(id) && (side == Side::Front || self.sides[id.index()] == Sides::Two)
+        let takes_part = match self.sides[id.index()] {
+            Sides::One => side == Side::Front,
+            Sides::Two => true,
+            Sides::None => false,
+        };
+        self.is_solid(id) && takes_part
+    }
+
+    /// Lets these sides take part, but for triangles that only block.
+    pub(crate) fn choose_sides(&mut self, sides: Sides) {
+        self.sides.iter_mut().filter(|s| **s != Sides::None).for_each(|s| *s = sides);
     }
 
     /// Smallest and largest coordinates over the solid triangles; `None` if there are none.

@@ -1,6 +1,7 @@
 //! From a model file to a [`Scene`].
 
 use std::fs;
+use std::io;
 use std::path::Path;
 
 use glam::DVec3;
@@ -11,7 +12,7 @@ use super::geometry::{MAX_COORDINATE, Sides};
 use super::lamp::Lamp;
 use super::model::Scene;
 use super::source::{ImportError, Place, Source};
-use super::{gltf, obj, ply, stl, upright};
+use super::{gltf, obj, ply, stl, upright, vs3};
 
 /// Which sides of triangles reflect.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -45,7 +46,8 @@ impl Default for ImportOptions {
     }
 }
 
-/// Reads a model: glTF 2.0 (`.gltf`, `.glb`), Wavefront OBJ (`.obj`), STL (`.stl`) or PLY (`.ply`).
+/// Reads a model: glTF 2.0 (`.gltf`, `.glb`), Wavefront OBJ (`.obj`), STL (`.stl`), PLY (`.ply`) or
+/// View3D (`.vs3`).
 ///
 /// What is doubtful, or was assumed, is in the scene's findings.
 ///
@@ -53,20 +55,43 @@ impl Default for ImportOptions {
 /// If the file cannot be read or is broken, if it has no triangles, or if an option has no sense.
 pub fn load(path: &Path, options: &ImportOptions) -> Result<Scene, ImportError> {
     check(options)?;
-    let unreadable = |source| ImportError::Unreadable { path: path.into(), source };
-    let metadata = fs::metadata(path).map_err(unreadable)?;
-    if metadata.is_dir() {
-        return Err(ImportError::Directory { path: path.into() });
-    }
-    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
-    let read = match extension.as_deref() {
+    look_at(path)?;
+    let read = match extension(path).as_deref() {
         Some("gltf" | "glb") => gltf::read,
         Some("obj") => obj::read,
         Some("stl") => stl::read,
         Some("ply") => ply::read,
+        Some("vs3") => {
+            |source: &Source<'_>, builder: &mut SceneBuilder| vs3::read(source, builder).map(|_| ())
+        }
         _ => return Err(ImportError::UnknownFormat { path: path.into() }),
     };
-    let bytes = read_regular(path).map_err(unreadable)?;
+    load_by(path, options, read).map(|(scene, ())| scene)
+}
+
+fn extension(path: &Path) -> Option<String> {
+    path.extension().map(|e| e.to_string_lossy().to_lowercase())
+}
+
+fn unreadable(path: &Path) -> impl Fn(io::Error) -> ImportError + '_ {
+    |source| ImportError::Unreadable { path: path.into(), source }
+}
+
+/// Fails if there is no file.
+pub(super) fn look_at(path: &Path) -> Result<(), ImportError> {
+    match fs::metadata(path).map_err(unreadable(path))?.is_dir() {
+        true => Err(ImportError::Directory { path: path.into() }),
+        false => Ok(()),
+    }
+}
+
+/// Reads a model with the importer of its format, and hands over what that returns beside it.
+pub(super) fn load_by<T>(
+    path: &Path,
+    options: &ImportOptions,
+    read: impl FnOnce(&Source<'_>, &mut SceneBuilder) -> Result<T, ImportError>,
+) -> Result<(Scene, T), ImportError> {
+    let bytes = read_regular(path).map_err(unreadable(path))?;
     if bytes.is_empty() {
         return Err(ImportError::Empty { path: path.into() });
     }
@@ -77,12 +102,12 @@ pub fn load(path: &Path, options: &ImportOptions) -> Result<Scene, ImportError> 
         builder.up(up.normalize());
     }
     let source = Source::new(path, &bytes);
-    read(&source, &mut builder)?;
+    let beside = read(&source, &mut builder)?;
     let mut scene = builder.finish();
     if options.up.is_none() {
-        // Most printers of solids have z upwards, most other programs y.
-        scene.up = match extension.as_deref() {
-            Some("stl") => upright::guess(&scene.geometry, DVec3::Z),
+        // Most printers of solids, and of buildings, have z upwards, most other programs y.
+        scene.up = match extension(path).as_deref() {
+            Some("stl" | "vs3") => upright::guess(&scene.geometry, DVec3::Z),
             Some("ply") => upright::guess(&scene.geometry, DVec3::Y),
             Some("obj") => upright::doubt(&scene.geometry),
             _ => scene.up,
@@ -108,7 +133,7 @@ pub fn load(path: &Path, options: &ImportOptions) -> Result<Scene, ImportError> 
         return too_far(format!("light {}", lamp.name()));
     }
     scene.choose_sides(options.sides);
-    Ok(scene)
+    Ok((scene, beside))
 }
 
 fn check(options: &ImportOptions) -> Result<(), ImportError> {
@@ -153,14 +178,14 @@ impl Scene {
         load(path.as_ref(), &ImportOptions::default())
     }
 
-    /// Lets other sides reflect than the model says.
+    /// Lets other sides reflect than the model says; what only blocks goes on to do so.
     pub fn choose_sides(&mut self, choice: SidesChoice) {
         let sides = match choice {
             SidesChoice::File => return,
             SidesChoice::One => Sides::One,
             SidesChoice::Two => Sides::Two,
         };
-        self.geometry.sides.fill(sides);
+        self.geometry.choose_sides(sides);
         if sides == Sides::One {
             for material in &mut self.optics.materials {
                 material.emits_both = false;
@@ -232,7 +257,8 @@ mod tests {
             })
             .collect();
         let folder = tempfile::tempdir().unwrap();
-        for name in ["noise.obj", "noise.gltf", "noise.glb", "noise.stl", "noise.ply"] {
+        for name in ["noise.obj", "noise.gltf", "noise.glb", "noise.stl", "noise.ply", "noise.vs3"]
+        {
             let path = folder.path().join(name);
             fs::write(&path, &noise).unwrap();
             let message = message(&path);

@@ -111,7 +111,7 @@ pub enum ImportError {
 }
 
 /// The extensions of model files that are read.
-pub(super) const FORMATS: &str = ".gltf, .glb, .obj, .stl or .ply";
+pub(super) const FORMATS: &str = ".gltf, .glb, .obj, .stl, .ply or .vs3";
 
 /// A place in a file.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -50,6 +50,7 @@ pub fn covered_triangles(geometry: &Geometry, most: usize) -> Vec<TriangleId> {
         .par_iter()
         .step_by(step)
         .copied()
+        .filter(|&triangle| geometry.exchanges(triangle, Side::Front))
         .filter(|&triangle| {
             let p = SurfacePoint { triangle, side: Side::Front, uv: third };
             is_covered(geometry, &bvh, p)

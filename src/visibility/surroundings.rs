@@ -100,6 +100,7 @@ pub fn solid_angle_fraction(glimpses: &[Glimpse], what: impl Fn(&Glimpse) -> boo
 pub fn looks_inside_out(geometry: &Geometry) -> bool {
     let bvh = Bvh::new(geometry);
     let mut solid: Vec<TriangleId> = bvh.ids().to_vec();
+    solid.retain(|&t| geometry.exchanges(t, Side::Front));
     solid.sort_by(|a, b| geometry.area(*b).total_cmp(&geometry.area(*a)));
     // The largest triangles carry most of the area, and a few of the rest stand for all small ones.
     let large = solid.len().min(64);

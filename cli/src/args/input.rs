@@ -13,7 +13,7 @@ use super::values::{
 /// Which model, and how its geometry is read.
 #[derive(Debug, Args)]
 pub struct Model {
-    /// A model (.gltf .glb .obj .stl .ply), a solution (.hemi) or the name of a built-in scene
+    /// A model (.gltf .glb .obj .stl .ply .vs3), a solution (.hemi) or the name of a built-in scene
     pub scene: PathBuf,
 
     /// Unit of the model's coordinates

@@ -101,6 +101,7 @@ pub fn read(from: &mut Archive, head: SceneHead, path: &Path) -> Result<Scene, S
     let sides = from.numbers("scene/sides", t, |kind, b| match integer(kind, b)? {
         s if s == Sides::One as u64 => Some(Sides::One),
         s if s == Sides::Two as u64 => Some(Sides::Two),
+        s if s == Sides::None as u64 => Some(Sides::None),
         _ => None,
     })?;
     let state = from.numbers("scene/state", t, |kind, b| {
