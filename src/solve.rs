@@ -9,7 +9,7 @@ mod energy;
 mod error;
 mod gauss_seidel;
 mod jacobi;
-mod lu;
+pub(crate) mod lu;
 mod options;
 mod report;
 mod shooting;

@@ -18,11 +18,11 @@ use crate::scene::{Geometry, Grouping, Side};
 /// With two-sided triangles the backs of a group are another one, `NAME (back)`.
 #[derive(Debug, Clone)]
 pub struct Lumped {
-    surfaces: Vec<SurfaceRow>,
-    rest: Vec<[f64; 2]>,
-    rows: Vec<(Vec<u32>, Vec<f64>)>,
+    pub(super) surfaces: Vec<SurfaceRow>,
+    pub(super) rest: Vec<[f64; 2]>,
+    pub(super) rows: Vec<(Vec<u32>, Vec<f64>)>,
     /// The row here of each row of the matrix.
-    group_of: Vec<u32>,
+    pub(super) group_of: Vec<u32>,
 }
 
 impl Lumped {
@@ -91,6 +91,66 @@ impl Lumped {
     #[must_use]
     pub fn group_of(&self, i: usize) -> usize {
         self.group_of[i] as usize
+    }
+
+    /// Area of row `i` in m².
+    #[must_use]
+    pub fn area(&self, i: usize) -> f64 {
+        self.surfaces[i].area
+    }
+
+    /// Name of row `i`.
+    #[must_use]
+    pub fn name(&self, i: usize) -> &str {
+        &self.surfaces[i].name
+    }
+
+    /// Columns of row `i`, ascending, with their factors.
+    pub fn entries_of(&self, i: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
+        let (columns, values) = &self.rows[i];
+        columns.iter().map(|&j| j as usize).zip(values.iter().copied())
+    }
+
+    /// Leaves out the factors of pairs of rows that are not to be kept.
+    pub fn keep(&mut self, kept: impl Fn(usize, usize) -> bool + Sync) {
+        self.rows.par_iter_mut().enumerate().for_each(|(i, (columns, values))| {
+            let entries = columns.iter().zip(values.iter());
+            let left = entries.filter(|e| kept(i, *e.0 as usize)).map(|(&j, &f)| (j, f));
+            (*columns, *values) = left.unzip();
+        });
+    }
+
+    /// Lumps rows once more: row `i` becomes a part of row `new[i]`, which has the name of its
+    /// first part. New numbers ascend from 0 as they first occur.
+    #[must_use]
+    pub fn combine(&self, new: &[usize]) -> Self {
+        let mut members: Vec<Vec<usize>> = Vec::new();
+        for (i, &group) in new.iter().enumerate() {
+            members.resize_with(members.len().max(group + 1), Vec::new);
+            members[group].push(i);
+        }
+        let mean_of = |parts: &[usize], share: &dyn Fn(usize) -> f64| {
+            let area: f64 = parts.iter().map(|&i| self.area(i)).sum();
+            let sum: f64 = parts.iter().map(|&i| self.area(i) * share(i)).sum();
+            if area > 0.0 { sum / area } else { 0.0 }
+        };
+        let surfaces = members.iter().map(|parts| SurfaceRow {
+            name: parts.first().map_or(String::new(), |&i| self.surfaces[i].name.clone()),
+            ..mean(parts.iter().map(|&i| (self.area(i), self.surfaces[i].clone())))
+        });
+        let rest = members.iter().map(|parts| [0, 1].map(|k| mean_of(parts, &|i| self.rest[i][k])));
+        let rows = members.par_iter().map(|parts| {
+            let (mut sums, mut area) = (vec![0.0; members.len()], 0.0);
+            for &i in parts {
+                area += self.area(i);
+                self.entries_of(i).for_each(|(j, f)| sums[new[j]] += self.area(i) * f);
+            }
+            let seen = (0_u32..).zip(sums).filter(|s| s.1 > 0.0);
+            seen.map(|(group, sum)| (group, sum / area)).unzip()
+        });
+        let group_of = self.group_of.iter().map(|&row| new[row as usize] as u32).collect();
+        let (surfaces, rest) = (surfaces.collect(), rest.collect());
+        Self { surfaces, rest, rows: rows.collect(), group_of }
     }
 }
 
