@@ -20,6 +20,7 @@ mod row_cells;
 mod save;
 mod spill;
 mod target;
+mod view3d;
 mod vtu;
 
 use std::io;
@@ -47,6 +48,7 @@ pub use row_cells::{DrawnRow, write_row_cells};
 pub use save::{MATRIX_FORMATS, MatrixFormat, PICTURE_FORMATS, PictureFormat, write_matrix};
 pub use spill::Spill;
 pub use target::{can_write, folder_of, is_stream, target_of, write_whole};
+pub use view3d::{View3dTable, write_view3d, write_view3d_row};
 pub use vtu::{CellArray, CellValues, write_vtu};
 
 /// Why a file was not written.
