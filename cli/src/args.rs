@@ -9,6 +9,7 @@ mod run;
 mod solve;
 mod values;
 mod view;
+mod view3d;
 
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -26,6 +27,7 @@ pub use solve::Solve;
 pub use values::{MOST_RADIANCE, size, vector};
 use values::{camera, exposure, point_rays, range, threads};
 pub use view::View;
+pub use view3d::{View3d, called_view3d};
 
 /// Reads the command line; ends the program where it says what is wrong or shows help.
 pub fn read(arguments: &[OsString]) -> Result<Arguments, String> {
@@ -73,6 +75,9 @@ pub enum Command {
     /// Find temperatures and net heat fluxes by radiation between grey diffuse surfaces
     #[command(after_long_help = heat::EXAMPLES)]
     Heat(Box<Heat>),
+    /// Do what View3D does: factors of its .vs3 file, in its formats
+    #[command(after_long_help = view3d::EXAMPLES)]
+    View3d(Box<View3d>),
     /// Say what a model holds, and what is wrong or doubtful with it
     #[command(after_long_help = INFO_EXAMPLES)]
     Info(Box<Info>),

@@ -1,13 +1,13 @@
 //! `hemicube factors`: the matrix of form factors of a model.
 
-mod accuracy;
+pub mod accuracy;
 mod dense;
 mod drawn;
 mod group;
 mod idf;
 mod losses;
 mod room;
-mod say;
+pub mod say;
 
 use std::io::{ErrorKind, Write};
 use std::path::Path;

@@ -272,10 +272,14 @@ pub fn say_findings(scene: &Scene, quiet: bool) {
     if quiet {
         return;
     }
-    const SHOWN: usize = 8;
     let unit = doubtful_unit(&scene.geometry);
-    let findings: Vec<&Finding> = scene.findings.iter().chain(&unit).collect();
-    let warnings = grouped(&findings, Severity::Warning);
+    say_warnings(&scene.findings.iter().chain(&unit).collect::<Vec<_>>());
+}
+
+/// Says those findings that are warnings, as many as are read.
+pub fn say_warnings(findings: &[&Finding]) {
+    const SHOWN: usize = 8;
+    let warnings = grouped(findings, Severity::Warning);
     for text in warnings.iter().take(SHOWN) {
         say(&format!("warning: {text}"));
     }

@@ -25,6 +25,7 @@ mod solve;
 mod staging;
 mod terminal;
 mod view;
+mod view3d;
 
 use std::process::ExitCode;
 
@@ -32,7 +33,7 @@ use args::{Arguments, Command};
 use failure::Failure;
 
 fn main() -> ExitCode {
-    let arguments = args::with_group(std::env::args_os());
+    let arguments = args::called_view3d(args::with_group(std::env::args_os()));
     let result = args::read(&arguments).map_err(Failure::Input).and_then(|read| run(&read));
     let printed = terminal::finish_printing();
     let printed = printed.map_err(|e| Failure::Failed(format!("cannot write stdout: {e}")));
@@ -55,6 +56,7 @@ fn run(arguments: &Arguments) -> Result<(), Failure> {
         Command::Probe(p) => probe::run(p),
         Command::Factors(f) => factors::run(f),
         Command::Heat(h) => heat::run(h),
+        Command::View3d(v) => view3d::run(v),
         Command::Info(i) => info::run(i),
         Command::Scenes => scenes::run(),
         Command::Paper(p) => paper::run(p),
