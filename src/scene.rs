@@ -42,6 +42,8 @@ pub mod texture;
 mod type_a;
 mod type_b;
 mod upright;
+pub mod view3d;
+mod vs3;
 
 pub use arrays::ArraysError;
 pub use builder::{MAX_REFLECTANCE, SceneBuilder};
@@ -58,3 +60,4 @@ pub use photometry::{Axes, Photometry};
 pub use rgb::{Rgb, luminance};
 pub use source::{ImportError, Place};
 pub use texture::{Texture, TextureError, TextureSampler, Wrap};
+pub use view3d::View3d;
