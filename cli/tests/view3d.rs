@@ -133,7 +133,8 @@ fn combined_surfaces_have_one_row() {
 
 #[test]
 fn both_ways_to_give_surfaces_agree() {
-    let placed = "F 3a\nS 1 R 0 0 .9 south\n 3 0 0 0 90  3 3\nS 2 R 0 0 .9 north\n 0 2 0 180 90 3 3\n\
+    let placed = "F 3a\nS 1 R 0 0 .9 south\n 3 0 0 0 90  3 3\n\
+                  S 2 R 0 0 .9 north\n 0 2 0 180 90 3 3\n\
                   S 3 Q 0 0 .9 floor\n 0 0 0 180 0\n 0 0 3 0 3 2 0 2\n\
                   S 4 T 0 3 .9 x\n 0 0 1.5 0 0\n 0 0 -1 0 -1 -1\n";
     let listed = "F 3\nV 1 0 0 0\nV 2 3 0 0\nV 3 3 2 0\nV 4 0 2 0\n\

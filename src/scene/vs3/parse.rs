@@ -287,7 +287,10 @@ impl Parser<'_> {
             self.builder.finding(
                 Severity::Warning,
                 format!("line {line}"),
-                format!("begins with `{word}`, no letter of the format; {count} such lines are passed over"),
+                format!(
+                    "begins with `{word}`, no letter of the format; {count} such lines are passed \
+                     over"
+                ),
                 "begin comments with !",
             );
         }

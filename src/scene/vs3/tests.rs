@@ -175,10 +175,8 @@ fn doubts_are_said() {
     let floors: String = (1..=6).map(|k| format!("S {k} 1 2 3 4 0 0 0 {k}f\n")).collect();
     assert_eq!(
         said(&format!("{CUBE}{floors}")),
-        [
-            "surface 1, surface 2, surface 3, surface 4 and 2 more: its emittance is below 0.001, which is \
-         taken instead"
-        ]
+        ["surface 1, surface 2, surface 3, surface 4 and 2 more: its emittance is below 0.001, \
+             which is taken instead"]
     );
     let bright = read(&format!("{CUBE}S 1 1 2 3 4 0 0 1.0 f\n")).unwrap();
     assert_eq!(bright.surfaces[0].emittance, 0.999);
