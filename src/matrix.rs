@@ -25,6 +25,7 @@ pub use cells::{RowCells, mean_row};
 pub use entries::Matrix;
 pub use error::MatrixError;
 pub use forecast::Forecast;
+pub(crate) use grey::Reflected;
 pub use grey::{GreyError, grey};
 pub use layout::{Face, Layout};
 pub use lumped::Lumped;

@@ -18,7 +18,6 @@ mod system;
 pub use direct::bytes as direct_bytes;
 pub use energy::EnergyBalance;
 pub use error::SolveError;
-pub(crate) use lu::Lu;
 pub use options::{Method, SAMPLED_TOLERANCE, SolveOptions};
 pub use report::SolveReport;
 pub use system::System;

@@ -1,7 +1,7 @@
 //! Gebhart factors: where what each side emits is absorbed in the end.
 //!
 //! ```text
-//! B_ij = ε_j X_ij / A_i        GR_ij = ε_i A_i B_ij = ε_i ε_j X_ij        X = (I - S ρ/A)⁻¹ S
+//! B = F (I - ρ F)⁻¹ ε        GR_ij = A_i ε_i B_ij = GR_ji
 //! ```
 //!
 //! (B. Gebhart 1961, "Surface temperature calculations in radiant surroundings of arbitrary
@@ -14,10 +14,9 @@ use rayon::prelude::*;
 
 use super::error::HeatError;
 use super::exchange::Exchange;
-use crate::matrix::{Precision, Rows, SurfaceRow};
+use crate::matrix::{Precision, Reflected, Rows, SurfaceRow};
 use crate::progress::Progress;
 use crate::scene::Geometry;
-use crate::solve::Lu;
 
 /// Where what each side emits is absorbed, and the conductors between sides.
 #[derive(Debug, Clone)]
@@ -49,22 +48,19 @@ pub fn gebhart(
         return Err(HeatError::Memory { needed, allowed: memory });
     }
     progress.stage("Gebhart factors", 0);
-    // Symmetric, so rows are columns.
+    let weights: Vec<f64> = exchange.areas.iter().zip(emissivity).map(|(a, e)| a * e).collect();
     let mut conductors = exchange.dense();
-    let mut system = conductors.clone();
-    for (j, column) in system.chunks_exact_mut(n).enumerate() {
-        let area = exchange.areas[j];
-        let back = if area > 0.0 { (1.0 - emissivity[j]) / area } else { 0.0 };
-        column.iter_mut().for_each(|s| *s *= -back);
-        column[j] += 1.0;
+    let areas = || exchange.areas.iter().map(|a| a.max(f64::MIN_POSITIVE));
+    for (row, area) in conductors.chunks_exact_mut(n).zip(areas()) {
+        row.iter_mut().for_each(|s| *s /= area);
     }
-    let factors = Lu::new(&mut system, n, progress)?;
-    conductors.par_chunks_mut(n).enumerate().try_for_each(|(j, column)| {
-        factors.solve(column);
-        column.iter_mut().zip(emissivity).for_each(|(x, e)| *x *= e * emissivity[j]);
+    let mut factors = conductors.clone();
+    let reflected = Reflected::new(&mut factors, emissivity, progress)?;
+    conductors.par_chunks_mut(n).zip(&weights).try_for_each(|(row, weight)| {
+        reflected.row(row);
+        row.iter_mut().zip(emissivity).for_each(|(z, e)| *z *= weight * e);
         progress.advance(0)
     })?;
-    let weights: Vec<f64> = exchange.areas.iter().zip(emissivity).map(|(a, e)| a * e).collect();
     let open = exchange.environment.iter().any(|s| *s > 0.0);
     let rest = |(row, weight): (&[f64], &f64)| match open {
         true => (weight - row.iter().sum::<f64>()).max(0.0),

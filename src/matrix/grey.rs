@@ -31,6 +31,31 @@ pub enum GreyError {
     Cancelled(#[from] Cancelled),
 }
 
+/// What arrives by reflection too: rows of `F (I - diag(ρ) F)⁻¹`, ρ = 1 - ε.
+pub(crate) struct Reflected<'a>(Lu<'a>);
+
+impl<'a> Reflected<'a> {
+    /// `factors` are those of a matrix, row by row, and are used up; ε are the emittances, 0..1.
+    pub fn new(
+        factors: &'a mut [f64],
+        emittances: &[f64],
+        progress: &dyn Progress,
+    ) -> Result<Self, Cancelled> {
+        let n = emittances.len();
+        // Row by row is column by column of the transpose, which makes rows of the result.
+        for (i, row) in factors.chunks_exact_mut(n.max(1)).enumerate() {
+            row.iter_mut().for_each(|f| *f *= emittances[i] - 1.0);
+            row[i] += 1.0;
+        }
+        Ok(Self(Lu::new(factors, n, progress)?))
+    }
+
+    /// Replaces a row of F by that of the product.
+    pub fn row(&self, row: &mut [f64]) {
+        self.0.solve(row);
+    }
+}
+
 /// Bytes of a factor of the result: its column and itself.
 const ENTRY_BYTES: u64 = 12;
 
@@ -64,16 +89,14 @@ pub fn grey(
     matrix.try_reserve_exact(n * n).map_err(|_| too_large())?;
     matrix.resize(n * n, 0.0);
     progress.stage("emittances", n as u64);
-    // Row by row is column by column of the transpose, which makes rows of the result.
     for (i, row) in matrix.chunks_exact_mut(n.max(1)).enumerate() {
-        row[i] = 1.0;
-        factors.entries_of(i).for_each(|(j, f)| row[j] -= (1.0 - emittances[i]) * f);
+        factors.entries_of(i).for_each(|(j, f)| row[j] = f);
     }
-    let lu = Lu::new(&mut matrix, n, progress)?;
+    let reflected = Reflected::new(&mut matrix, emittances, progress)?;
     let rows = (0..n).into_par_iter().map(|i| {
         let mut row = vec![0.0; n];
         factors.entries_of(i).for_each(|(j, f)| row[j] = f);
-        lu.solve(&mut row);
+        reflected.row(&mut row);
         progress.advance(1)?;
         let own = emittances[i];
         let seen = (0_u32..).zip(row.iter().zip(emittances)).filter(|e| *e.1.0 > 0.0);

@@ -91,7 +91,11 @@ impl Given {
         let given = Self {
             temperature: read("--temperature", &args.temperature, false)?,
             flux: read("--flux", &args.flux, false)?,
-            emissivity: read("--emissivity", &args.emissivity, true)?,
+            emissivity: read("--emissivity", &args.emissivity, true)?
+                .into_iter()
+                .enumerate()
+                .map(|(t, own)| own.map(|e| e.or_else(|| of_file(args, scene, t))))
+                .collect(),
             absorptance: read("--absorptance", &args.absorptance, true)?,
         };
         let both = given.temperature.iter().zip(&given.flux);
@@ -245,6 +249,14 @@ impl OfRows {
             adiabatic,
         }
     }
+}
+
+/// The emissivity that a View3D file gives a surface.
+fn of_file(args: &Heat, scene: &Scene, triangle: usize) -> Option<f64> {
+    let extension = args.model.scene.extension()?;
+    let material = scene.optics.material_of[triangle] as usize;
+    let known = extension.eq_ignore_ascii_case("vs3");
+    known.then(|| 1.0 - scene.optics.materials[material].reflectance.x)
 }
 
 /// Where in the model an error is.
