@@ -167,4 +167,8 @@ fn a_box_with_things_in_it_is_at_rest_at_one_temperature() {
     let conditions: Vec<Condition> = (0..n).map(uneven).collect();
     let found = run(&conditions);
     assert!(found.imbalance < 1e-9 && found.supplied > 1.0, "{}", found.imbalance);
+    for threads in [1, 3] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        assert_eq!(pool.install(|| run(&conditions)).sides, found.sides, "{threads} threads");
+    }
 }

@@ -108,8 +108,10 @@ pub fn run(args: &Heat) -> Result<(), Failure> {
     };
     let areas: Vec<f64> = model.rows.iter().map(|r| r.area).collect();
     let environment = args.environment.is_some();
+    // Column and factor of each entry.
+    let left = memory.saturating_sub(8 * matrix.entries());
     let exchange =
-        Exchange::new(model.factors(), &areas, environment, memory, &bar).map_err(failure)?;
+        Exchange::new(model.factors(), &areas, environment, left, &bar).map_err(failure)?;
     let direct = sunshine(&model);
     let sunny = args.sun.is_some() || args.diffuse_sun.is_some();
     let input = HeatInput {

@@ -146,7 +146,9 @@ fn what_cannot_be_answered_is_refused_with_its_remedy() {
     );
     let shiny = ["shiny.obj", "--emissivity", "1", "--environment", "3"];
     refused(&shiny, &["mirror or metal", "chrome", "--diffuse"]);
-    bench.run(&[&["heat"][..], &shiny, &["--diffuse", "chrome"]].concat()).ok();
+    for name in ["chrome", "sheet", "all"] {
+        bench.run(&[&["heat"][..], &shiny, &["--diffuse", name]].concat()).ok();
+    }
     let mixed = e(&["--group", "object", "--temperature", "floor=300"]);
     refused(&mixed, &["--group", "different things"]);
 }

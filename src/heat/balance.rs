@@ -95,6 +95,9 @@ pub struct HeatBalance {
     pub sides: Vec<SideHeat>,
     /// One a surface.
     pub surfaces: Vec<SurfaceHeat>,
+    /// Heat that was to be supplied to sides that exchange with nothing, as they lie on something;
+    /// it is left out. W, and the number of rows.
+    pub left_out: (f64, usize),
     /// Heat that is supplied to surfaces, W: the sum of what is positive.
     pub supplied: f64,
     /// Heat that is taken from surfaces, W: the sum of what is negative, as a positive number.
@@ -118,7 +121,7 @@ pub fn balance(input: &HeatInput<'_>, progress: &dyn Progress) -> Result<HeatBal
     check(input)?;
     progress.stage("heat balance", 0);
     let sunlit = input.sunlight.map(|s| s.solve(exchange, TOLERANCE, progress)).transpose()?;
-    let supply = supply(input, sunlit.as_ref());
+    let (supply, left_out) = supply(input, sunlit.as_ref());
     let settled = settled(input, &supply)?;
     let floating: Vec<bool> = conditions.iter().map(|c| matches!(c, Condition::Heat(_))).collect();
     let network = Network::new(exchange, emissivity, node_of, &floating);
@@ -180,7 +183,8 @@ pub fn balance(input: &HeatInput<'_>, progress: &dyn Progress) -> Result<HeatBal
         sunlit: sunlit.as_ref(),
     };
     let errors = deviations(input, &solution, progress)?;
-    Ok(summed(input, sides, leaving, sunlit.as_ref(), &errors, iterations))
+    let found = summed(input, sides, leaving, sunlit.as_ref(), &errors);
+    Ok(HeatBalance { left_out, iterations, ..found })
 }
 
 /// Whether each node floats and has one side alone.
@@ -224,15 +228,25 @@ fn check(input: &HeatInput<'_>) -> Result<(), HeatError> {
     }
 }
 
-/// Heat that the infrared has to carry away from each node that floats, W.
-fn supply(input: &HeatInput<'_>, sunlit: Option<&Sunlit>) -> Vec<f64> {
+/// Heat that the infrared has to carry away from each node that floats, W; and what of it is left
+/// out, since no side of the node exchanges with anything, with the number of these sides.
+fn supply(input: &HeatInput<'_>, sunlit: Option<&Sunlit>) -> (Vec<f64>, (f64, usize)) {
     let heat = |c: &Condition| if let Condition::Heat(q) = c { *q } else { 0.0 };
     let mut supply: Vec<f64> = input.conditions.iter().map(heat).collect();
+    let mut exchanges = vec![false; supply.len()];
+    let isolated = input.exchange.isolated();
+    for (k, isolated) in input.node_of.iter().zip(&isolated) {
+        exchanges[*k as usize] |= !isolated;
+    }
+    let lost = |k: &u32| !exchanges[*k as usize] && supply[*k as usize] != 0.0;
+    let rows = input.node_of.iter().filter(|k| lost(k)).count();
+    let nodes = supply.iter_mut().zip(&exchanges).filter(|s| !s.1);
+    let left_out = nodes.map(|(supply, _)| std::mem::take(supply)).sum();
     if let Some(sunlit) = sunlit {
         let rows = input.node_of.iter().zip(&sunlit.absorbed).zip(&input.exchange.areas);
         rows.for_each(|((k, s), a)| supply[*k as usize] += s * a);
     }
-    supply
+    (supply, (left_out, rows))
 }
 
 /// Whether each row exchanges, through others if need be, with something of a given temperature.
@@ -279,7 +293,6 @@ fn summed(
     to_environment: f64,
     sunlit: Option<&Sunlit>,
     deviations: &Deviations,
-    iterations: u32,
 ) -> HeatBalance {
     let areas = &input.exchange.areas;
     for (side, error) in sides.iter_mut().zip(&deviations.sides) {
@@ -324,6 +337,7 @@ fn summed(
         to_environment,
         sunlight: [received, escaped, absorbed],
         imbalance: over(missing, exchanged),
-        iterations,
+        left_out: (0.0, 0),
+        iterations: 0,
     }
 }

@@ -11,6 +11,12 @@ use crate::progress::Progress;
 /// number of threads changes nothing.
 const PARTS: usize = 16;
 
+/// Bytes of a pair: its column and its exchange area.
+const PAIR_BYTES: u64 = 12;
+
+/// Bytes of a row, mostly of the draws that errors are found by, in each part of them.
+const ROW_BYTES: u64 = 2400;
+
 /// A model that loses more than this share of what its surfaces send out has an environment.
 const OPEN: f64 = 1e-3;
 
@@ -50,7 +56,7 @@ impl Exchange {
         progress: &dyn Progress,
     ) -> Result<Self, HeatError> {
         let n = rows.len();
-        let needed = 8 * rows.entries() + (PARTS * 8 * n) as u64;
+        let needed = PAIR_BYTES * (rows.entries() / 2) + ROW_BYTES * n as u64;
         if needed > memory {
             return Err(HeatError::Memory { needed, allowed: memory });
         }
@@ -122,6 +128,17 @@ impl Exchange {
         let range = self.starts[i]..self.starts[i + 1];
         let values = self.values[range.clone()].iter().copied();
         self.columns[range].iter().map(|&j| j as usize).zip(values)
+    }
+
+    /// Rows that exchange with nothing: they lie on something, or take no part.
+    pub(super) fn isolated(&self) -> Vec<bool> {
+        let mut isolated: Vec<bool> = self.environment.iter().map(|s| *s <= 0.0).collect();
+        for i in 0..self.len() {
+            for (j, _) in self.row(i).filter(|e| e.1 > 0.0) {
+                (isolated[i], isolated[j]) = (false, false);
+            }
+        }
+        isolated
     }
 
     /// All of the symmetric matrix, row by row.

@@ -202,6 +202,18 @@ fn a_plate_in_the_sun_is_as_warm_as_it_absorbs_and_emits() {
 }
 
 #[test]
+fn heat_of_sides_that_lie_on_something_is_left_out() {
+    // The third side exchanges with nothing: all that it sends out meets backs.
+    let rows = Plain(vec![vec![0.0, 1.0, 0.0], vec![1.0, 0.0, 0.0], vec![0.0, 0.0, 1.0]]);
+    let conditions = [Temperature(400.0), Heat(5.0), Heat(7.0)];
+    let found = Case::new(exchange(&rows, &[1.0; 3], false), &[0.9; 3], &conditions).run().unwrap();
+    assert_eq!(found.left_out, (7.0, 1));
+    assert_eq!((found.sides[2].flux, found.sides[2].temperature), (0.0, None));
+    near(found.removed, 5.0);
+    assert!(found.imbalance < 1e-12, "{}", found.imbalance);
+}
+
+#[test]
 fn gebhart_factors_give_the_same_heat() {
     let rows = vec![vec![0.0, 0.3, 0.2], vec![0.15, 0.1, 0.25], vec![0.1, 0.25, 0.3]];
     let areas = [1.0, 2.0, 2.0];
@@ -281,6 +293,6 @@ fn what_has_no_answer_is_an_error() {
     let open = Plain(vec![vec![0.0, 0.5], vec![0.5, 0.0]]);
     let refused = Exchange::new(&open, &[1.0, 1.0], false, 1 << 20, &Silent);
     assert!(matches!(refused, Err(HeatError::Open { share }) if share == 0.5));
-    let refused = Exchange::new(&open, &[1.0, 1.0], true, 10, &Silent);
+    let refused = Exchange::new(&open, &[1.0, 1.0], true, 4000, &Silent);
     assert!(matches!(refused, Err(HeatError::Memory { .. })));
 }

@@ -275,7 +275,7 @@ fn add_material(
         if (diffuse + ks).max_element() > 0.0 {
             material.reflectance = (diffuse + ks).min(Rgb::ONE.max(diffuse));
         }
-        material.specular = given.is_specular();
+        material.specular = true;
         builder.finding(
             Severity::Note,
             place.clone(),

@@ -1,4 +1,5 @@
-"""Shows that eppy reads the view factors of a zone, and meshio what rows of a matrix stand for.
+"""Shows that eppy reads the view factors of a zone, and meshio what rows of a matrix stand for
+and what temperatures they have.
 
 Usage: python3 matrices.py HEMICUBE FOLDER, where HEMICUBE is the program.
 """
@@ -37,8 +38,9 @@ def dictionary(pairs):
     return text
 
 
-def run(program, folder, *args):
-    subprocess.run([program, "factors", *args, "-q"], cwd=folder, check=True)
+def run(program, folder, *args, command="factors"):
+    out = subprocess.DEVNULL
+    subprocess.run([program, command, *args, "-q"], cwd=folder, check=True, stdout=out)
 
 
 def table(path):
@@ -94,7 +96,30 @@ def check_drawing(program, folder):
     print(f"rows.vtu: {len(factors)} cells with {', '.join(data)}")
 
 
+def check_heat(program, folder):
+    given = ["--emissivity", ".8", "--temperature", "ceiling=400", "--temperature", "floor=300"]
+    files = ["-o", "heat.vtu", "--surfaces", "surfaces.csv"]
+    made = ["furnace", "--patch-size", "0.05", *given]
+    run(program, folder, *made, *files, command="heat")
+    run(program, folder, *made, "-o", "heat.csv", command="heat")
+    mesh = meshio.read(folder / "heat.vtu")
+    (cells,) = mesh.cells
+    data = {name: blocks[0] for name, blocks in mesh.cell_data.items()}
+    header, *lines = table(folder / "heat.csv")
+    columns = dict(zip(header, zip(*lines)))
+    temperature = np.array(columns["temperature_K"], float)
+    assert len(temperature) == len(cells.data)
+    assert np.allclose(data["temperature"], temperature, rtol=1e-11)
+    assert np.allclose(data["net_flux"], np.array(columns["net_flux_W_m2"], float), atol=1e-6)
+    # Walls lie between what they see, and all that the ceiling gives the floor takes.
+    assert temperature.min() == 300 and temperature.max() == 400
+    net = data["net_flux"] * np.array(columns["area_m2"], float)
+    assert abs(net.sum()) < 1e-9 * abs(net).sum()
+    print(f"heat.vtu: {len(temperature)} cells with {', '.join(data)}")
+
+
 if __name__ == "__main__":
     program, folder = sys.argv[1], Path(sys.argv[2])
     check_zone(program, folder)
     check_drawing(program, folder)
+    check_heat(program, folder)

@@ -39,8 +39,8 @@ pub struct Heat {
     #[arg(long, value_name = "NAME=K", value_parser = named, allow_hyphen_values = true)]
     pub temperature: Vec<Named>,
 
-    /// What is supplied with this heat, in W/m2 of its area, negative if it is taken away; may be
-    /// repeated [default: 0]
+    /// What is supplied with this heat, in W/m2 of one side's area, negative if it is taken away;
+    /// may be repeated [default: 0]
     #[arg(long, value_name = "NAME=W/m2", value_parser = named, allow_hyphen_values = true)]
     pub flux: Vec<Named>,
 
@@ -67,9 +67,9 @@ pub struct Heat {
     #[arg(long, value_name = "[NAME=]A", value_parser = named, allow_hyphen_values = true)]
     pub absorptance: Vec<Named>,
 
-    /// Take this for a diffuse reflector, although the file says that it is a mirror or metal; may
-    /// be repeated
-    #[arg(long, value_name = "NAME")]
+    /// Take this for a diffuse reflector, although the file says that it is a mirror or metal; all:
+    /// whatever is; may be repeated
+    #[arg(long, value_name = "NAME|all")]
     pub diffuse: Vec<String>,
 
     /// The faces (.csv; .vtu for ParaView)

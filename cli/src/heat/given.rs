@@ -273,7 +273,10 @@ pub fn place(error: &HeatError, model: &Model<'_>, rows: &OfRows) -> String {
 fn refuse_mirrors(args: &Heat, scene: &Scene, names: &Names<'_>) -> Result<(), Failure> {
     let mut excused = vec![false; scene.geometry.len()];
     for name in &args.diffuse {
-        names.find("--diffuse", name)?.iter().for_each(|(t, _)| excused[*t] = true);
+        match names.find("--diffuse", name) {
+            Err(_) if name == "all" => excused.fill(true),
+            found => found?.iter().for_each(|(t, _)| excused[*t] = true),
+        }
     }
     let optics = &scene.optics;
     let material = |t: usize| &optics.materials[optics.material_of[t] as usize];
@@ -286,7 +289,7 @@ fn refuse_mirrors(args: &Heat, scene: &Scene, names: &Names<'_>) -> Result<(), F
     }
     Err(Failure::Input(format!(
         "{}: reflects like a mirror or metal in the file: {}; heat is exchanged diffusely here, so \
-         name with --diffuse what may be taken so",
+         name with --diffuse what may be taken so, or all",
         scene.name,
         listed(mirrors.into_iter())
     )))

@@ -35,6 +35,14 @@ pub fn summary(args: &Heat, report: &MatrixReport, rows: &OfRows, found: &HeatBa
             listed(adiabatic.into_iter())
         ));
     }
+    let (watts, count) = found.left_out;
+    if count > 0 {
+        say(&format!(
+            "warning: {count} rows lie on something and exchange with nothing: the {} W that were \
+             to be supplied to them are left out",
+            significant(watts)
+        ));
+    }
     let unsettled = found.sides.iter().zip(&rows.emissivity);
     let unsettled = unsettled.filter(|(s, e)| s.temperature.is_none() && **e > 0.0).count();
     if unsettled > 0 {

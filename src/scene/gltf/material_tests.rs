@@ -38,7 +38,10 @@ fn materials_reflect_emit_and_let_through() {
     assert_eq!(s.optics.emission(TriangleId(0), Side::Front), emission);
     assert_eq!(s.optics.emission(TriangleId(0), Side::Back), emission);
     assert!(s.findings.is_empty(), "{:?}", s.findings);
-    assert!(has_finding(&material(r#""doubleSided":false"#), "material a", "metallic"));
+    assert!(!s.optics.materials[0].specular);
+    let metallic = material(r#""doubleSided":false"#);
+    assert!(has_finding(&metallic, "material a", "metallic"));
+    assert!(metallic.optics.materials[0].specular);
 
     let base =
         |alpha: f64| format!(r#""pbrMetallicRoughness":{{"baseColorFactor":[1,1,1,{alpha}]}}"#);

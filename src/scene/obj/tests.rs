@@ -186,6 +186,8 @@ fn mirrors_and_glass_are_not_black() {
     for (found, expected) in scene.optics.reflectance.iter().zip(expected) {
         assert!((*found - expected).length() < 1e-9, "{found} {expected}");
     }
+    let specular = scene.optics.materials.iter().filter(|m| m.specular);
+    assert_eq!(specular.map(|m| m.name.as_str()).collect::<Vec<_>>(), ["a", "b", "c"]);
     let said = scene.findings.iter().filter(|f| f.message.contains("(Ks)"));
     let places: Vec<&str> = said.map(|f| f.place.as_str()).collect();
     assert_eq!(places, ["material a, material b, material c"], "said once");
