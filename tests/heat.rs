@@ -129,7 +129,7 @@ fn nested_polyhedra_exchange_as_concentric_spheres_do() {
 #[test]
 fn a_box_with_things_in_it_is_at_rest_at_one_temperature() {
     let scene = builtin::build("cornell-box").unwrap();
-    let options = MatrixOptions { patch_size: Some(0.02), ..MatrixOptions::default() };
+    let options = MatrixOptions { patch_size: Some(0.2), ..MatrixOptions::default() };
     let matrix = make(&scene.geometry, &options, &Silent).unwrap();
     let areas: Vec<f64> = (0..matrix.len()).map(|i| matrix.area(i)).collect();
     let exchange = Exchange::new(&matrix, &areas, true, 1 << 32, &Silent).unwrap();
