@@ -34,7 +34,7 @@ pub use csv::{write_csv, write_csv_file, write_surfaces};
 pub use exr::write_exr;
 pub use glb::{BakeMode, Baked, write_glb};
 pub use hdr::write_hdr;
-pub use heat::{conductors_table, sides_table, surfaces_table, write_heat_vtu};
+pub use heat::{sides_table, surfaces_table, write_conductors, write_heat_vtu};
 pub use hemi::{read_factors, read_scene, read_sources, read_store, write_hemi};
 pub use html::{MOST_LAYERS, PageView, live_page, page_data, page_facets, write_html};
 pub use idf::{IdfNameError, check_idf_name, check_idf_names, write_idf};

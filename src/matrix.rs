@@ -28,7 +28,7 @@ pub use forecast::Forecast;
 pub(crate) use grey::Reflected;
 pub use grey::{GreyError, grey};
 pub use layout::{Face, Layout};
-pub use lumped::Lumped;
+pub use lumped::{BACK, Lumped};
 pub use make::{Choice, make, make_where};
 pub use options::MatrixOptions;
 pub use report::{

@@ -80,8 +80,9 @@ pub fn run(args: &Factors) -> Result<(), Failure> {
         drawn::check_numbers(args, &scene, rows)?;
         room::store(args, format, forecast)
     };
-    let mut matrix = make_where(&scene.geometry, &options, &mut store, &bar)
-        .map_err(|e| remedy::matrix_failure(&args.model.scene, e, args.enclosure))?;
+    let mut matrix = make_where(&scene.geometry, &options, &mut store, &bar).map_err(|e| {
+        remedy::matrix_failure(&args.model.scene, e, |e| remedy::of_matrix(e, args.enclosure))
+    })?;
     matrix.report.scene.clone_from(&scene.name);
     let start = Instant::now();
     let mut origin = matrix.origin(&scene.geometry);

@@ -9,8 +9,9 @@ use std::time::Instant;
 
 use hemicube::direct::from_lamps;
 use hemicube::engines::{EngineOptions, ExactOptions};
-use hemicube::heat::{Exchange, HeatBalance, HeatError, HeatInput, Sunlight, balance};
+use hemicube::heat::{Exchange, HeatBalance, HeatError, HeatInput, Sunlight, balance, gebhart};
 use hemicube::matrix::{Lumped, Matrix, MatrixOptions, Rows, SurfaceRow, make};
+use hemicube::progress::Progress;
 use hemicube::report::Stage;
 use hemicube::scene::{Scene, SidesChoice};
 use hemicube::visibility::Bvh;
@@ -68,8 +69,11 @@ pub fn run(args: &Heat) -> Result<(), Failure> {
         ("--report", args.run.report.as_ref()),
     ];
     outputs::check(&files, &scene.files)?;
+    // Reflectances are of light, and not used.
+    scene.findings.retain(|f| !f.message.contains("reflectance"));
     input::say_findings(&scene, args.run.quiet);
-    let given = Given::new(args, &scene)?;
+    let grouping = args.group.map(|group| scene.grouping(group.by().0));
+    let given = Given::new(args, &scene, grouping.as_ref())?;
     let view = picture::view(args, &scene)?;
     scene.lamps = args.sun.map(|sun| input::sunlight(&scene, sun)).into_iter().collect();
     let memory = args.run.memory.unwrap_or_else(machine::available_memory);
@@ -85,12 +89,12 @@ pub fn run(args: &Heat) -> Result<(), Failure> {
     };
     let bar = Bar::new(args.run.quiet);
     let mut matrix = make(&scene.geometry, &options, &bar)
-        .map_err(|e| remedy::matrix_failure(&args.model.scene, e, false))?;
+        .map_err(|e| remedy::matrix_failure(&args.model.scene, e, remedy::of_heat_matrix))?;
     matrix.report.scene.clone_from(&scene.name);
     let start = Instant::now();
     let by_face = args.patch_size.is_none() && !scene.geometry.face_of.is_empty();
-    let lumped = match args.group.map(|group| scene.grouping(group.by().0)) {
-        Some(grouping) => Some(Lumped::new(&matrix, &scene.geometry, &grouping)),
+    let lumped = match &grouping {
+        Some(grouping) => Some(Lumped::new(&matrix, &scene.geometry, grouping)),
         None => by_face.then(|| Lumped::by_face(&matrix, &scene.geometry)),
     };
     let lumped = lumped.transpose().map_err(Failure::failed)?;
@@ -99,11 +103,17 @@ pub fn run(args: &Heat) -> Result<(), Failure> {
         None => matrix.surfaces(&scene.geometry),
     };
     let model = Model { scene: &scene, matrix: &matrix, lumped: lumped.as_ref(), rows };
-    let of_rows = given.of_rows(&model)?;
+    let of_rows = given.of_rows(&model);
     let failure = |e: HeatError| {
         Failure::of(e, |e| {
             let place = given::place(&e, &model, &of_rows);
-            Failure::Input(format!("{}: {place}{e}{}", scene.name, remedy::of_heat(&e)))
+            let text = format!("{}: {place}{e}{}", scene.name, remedy::of_heat(&e));
+            match e {
+                HeatError::Stalled { .. } | HeatError::Singular | HeatError::Row(_) => {
+                    Failure::Failed(text)
+                }
+                _ => Failure::Input(text),
+            }
         })
     };
     let areas: Vec<f64> = model.rows.iter().map(|r| r.area).collect();
@@ -112,6 +122,7 @@ pub fn run(args: &Heat) -> Result<(), Failure> {
     let left = memory.saturating_sub(8 * matrix.entries());
     let exchange =
         Exchange::new(model.factors(), &areas, environment, left, &bar).map_err(failure)?;
+    bar.stage("sunlight", 0);
     let direct = sunshine(&model);
     let sunny = args.sun.is_some() || args.diffuse_sun.is_some();
     let input = HeatInput {
@@ -131,7 +142,15 @@ pub fn run(args: &Heat) -> Result<(), Failure> {
     };
     let found: HeatBalance = balance(&input, &bar).map_err(failure)?;
     let seconds = start.elapsed().as_secs_f64();
-    write::all(args, &model, &of_rows, &exchange, &found, &bar, &failure)?;
+    let left = left.saturating_sub(exchange.bytes());
+    let factors = match args.gebhart.is_some() || args.conductors.is_some() {
+        true => {
+            let rows = model.rows.clone();
+            Some(gebhart(&exchange, &of_rows.emissivity, rows, left, &bar).map_err(failure)?)
+        }
+        false => None,
+    };
+    write::all(args, &model, &of_rows, &found, factors.as_ref(), &bar)?;
     if let (Some(path), Some(view)) = (&args.picture, view) {
         picture::draw(args, path, &view, &model, &found, &bar)?;
     }
@@ -143,7 +162,8 @@ pub fn run(args: &Heat) -> Result<(), Failure> {
         say::summary(args, &report, &of_rows, &found);
     }
     write::report(args, &report, &found)?;
-    write::print(args, &of_rows, &found)
+    write::print(args, &of_rows, &found);
+    Ok(())
 }
 
 /// Irradiance of each row straight from the sun, W/m².

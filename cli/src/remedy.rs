@@ -67,10 +67,14 @@ pub fn of_light(error: &LightError, direct: bool) -> String {
     }
 }
 
-/// Why the matrix of a scene was not made; `closed` if it was to be closed.
-pub fn matrix_failure(scene: &Path, error: MatrixError, closed: bool) -> Failure {
+/// Why the matrix of a scene was not made, with what `remedy` says of that.
+pub fn matrix_failure(
+    scene: &Path,
+    error: MatrixError,
+    remedy: impl FnOnce(&MatrixError) -> String,
+) -> Failure {
     Failure::of(error, |error| {
-        let text = format!("{error}{}", of_matrix(&error, closed));
+        let text = format!("{error}{}", remedy(&error));
         match error {
             MatrixError::Engine(EngineError::Device(_)) => Failure::Failed(text),
             MatrixError::Sink(SinkError::Store(_)) => Failure::Failed(text),
@@ -88,8 +92,23 @@ pub fn of_heat(error: &HeatError) -> &'static str {
         HeatError::Open { .. } => "; give it with --environment K, or close the model",
         HeatError::Unbounded { .. } => "; give a --temperature to one of them, or an --environment",
         HeatError::White { .. } => "; give it a larger --emissivity",
+        HeatError::BelowZero { .. } => "; give a larger --flux",
+        HeatError::Singular | HeatError::Stalled { .. } => {
+            "; give a larger --emissivity to what reflects nearly everything"
+        }
         HeatError::Memory { .. } => "; allow more with --memory, or use fewer rows (--group)",
         _ => "",
+    }
+}
+
+/// About the matrix of a heat balance that was not made.
+pub fn of_heat_matrix(error: &MatrixError) -> String {
+    match error {
+        MatrixError::Patches(_) => "; give a larger --patch-size".to_owned(),
+        MatrixError::Memory { .. } | MatrixError::Sink(_) => {
+            "; allow more with --memory, or give a larger --patch-size".to_owned()
+        }
+        other => of_matrix(other, false),
     }
 }
 

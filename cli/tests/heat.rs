@@ -119,12 +119,23 @@ fn what_cannot_be_answered_is_refused_with_its_remedy() {
     };
     refused(&["room.obj"], &["no emissivity is given for ceiling, east", "--emissivity NAME=E"]);
     refused(&["room.obj", "--emissivity", "floor=.9"], &["no emissivity is given for ceiling"]);
-    refused(&["room.obj", "--emissivity", "-0.1"], &["--emissivity -0.1", "between 0 and 1"]);
+    refused(
+        &["room.obj", "--emissivity", "-0.1"],
+        &["--emissivity -0.1", "is not between 0 and 1"],
+    );
     refused(&["room.obj", "--emissivity", "floor=1.5"], &["floor=1.5"]);
     refused(&["room.obj", "--emissivity", "floor=nan"], &["floor=nan"]);
     refused(&["room.obj", "--emissivity", "=1"], &["write it like wall=0.9"]);
     let e = |more: &[&'static str]| [&["room.obj", "--emissivity", ".9"][..], more].concat();
     refused(&e(&["--temperature", "300"]), &["says not what"]);
+    refused(&e(&["--temperature", "floor=20C"]), &["'floor=20C' is no temperature in K"]);
+    refused(&e(&["--flux", "floor=much"]), &["'floor=much' is no flux in W/m2"]);
+    refused(&e(&["--flux", "floor=1e200"]), &["floor=1e200", "is no flux"]);
+    refused(&e(&["--temperature", "floor (back)=300"]), &["floor (back)", "--sides two"]);
+    let twice = e(&["--temperature", "floor=300", "--temperature", "floor=301"]);
+    refused(&twice, &["--temperature floor: is given twice"]);
+    let cold = e(&["--temperature", "floor=300", "--flux", "ceiling=-9000"]);
+    refused(&cold, &["ceiling (row", "more heat is taken away than arrives"]);
     refused(&e(&["--temperature", "roof=300"]), &["roof", "it has the surfaces floor"]);
     refused(&e(&["--temperature", "floor=-3"]), &["floor=-3", "no temperature in K"]);
     refused(&e(&["--flux", "floor=10"]), &["no temperature settles", "--environment"]);
@@ -159,7 +170,9 @@ fn pictures_and_grids_are_written_whole() {
     let base = ["heat", "room.obj", "--emissivity", ".8", "--temperature", "floor=310", "--flux"];
     let files = ["ceiling=-50", "-o", "f.vtu", "--picture", "t.png", "--size", "64x48", "--report"];
     let found = bench.run(&[&base[..], &files, &["r.json", "--patch-size", ".2"]].concat()).ok();
-    assert!(found.stdout.starts_with("f.vtu\nt.png\nsurface,"), "{}", found.stdout);
+    assert!(found.stdout.starts_with("surface,"), "a table alone: {}", found.stdout);
+    let named = bench.run(&[&base[..], &["ceiling=-50", "--surfaces", "s.csv"]].concat()).ok();
+    assert_eq!(named.stdout, "s.csv\n");
     let picture = bench.picture("t.png");
     assert_eq!(picture.height, 48);
     assert!(picture.width > 64, "with a legend");
@@ -167,4 +180,21 @@ fn pictures_and_grids_are_written_whole() {
     assert!(grid.contains("NumberOfCells=") && grid.contains("Name=\"temperature\""));
     let report = fs::read_to_string(bench.path("r.json")).unwrap();
     assert!(report.contains("\"imbalance\"") && report.contains("\"supplied_w\""));
+}
+
+#[test]
+fn what_takes_no_part_is_said_or_refused() {
+    // The room with its floor twice, and a block that stands on it.
+    let twice = format!("{}g again\nf 4 3 2 1\n", named_room());
+    let bench = Bench::new().with("twice.obj", &twice);
+    let base = ["heat", "twice.obj", "--emissivity", ".9", "--temperature", "ceiling=300"];
+    let again = bench.run(&[&base[..], &["--temperature", "again=300"]].concat());
+    again.refused(&["--temperature again", "is there twice"]);
+    let files = ["--temperature", "floor=310", "--conductors", "GR.csv", "--surfaces", "s.csv"];
+    bench.run(&[&base[..], &files].concat()).ok();
+    let conductors = numbers(&bench.path("GR.csv"), "GR_m2");
+    assert_eq!(conductors.len(), 11 * 12 / 2, "by reflection, triangles of one plane too");
+    // Sunlight that does not get in.
+    let dark = bench.run(&[&base[..], &["--diffuse-sun", "500"]].concat()).ok();
+    assert!(dark.stderr.contains("no sunlight arrives"), "{}", dark.stderr);
 }

@@ -1,12 +1,15 @@
 //! Heat balances as tables, and on the model for ParaView.
 
+use std::io::{self, Write};
 use std::path::Path;
 
 use super::ExportError;
 use super::csv::{field, push_number};
+use super::target::write_with;
 use super::vtu::{CellArray, CellValues, write_vtu};
 use crate::heat::{Gebhart, SideHeat, SurfaceHeat};
 use crate::matrix::{Matrix, Precision, SurfaceRow};
+use crate::progress::Progress;
 use crate::scene::{Geometry, Side};
 
 /// Numbers with commas before each; nothing where there is none.
@@ -26,15 +29,21 @@ fn rounded(value: f64) -> f64 {
     format!("{value:.11e}").parse().unwrap_or(value)
 }
 
+/// Names are in UTF-8, and so is the rest.
 fn text(bytes: Vec<u8>) -> String {
-    String::from_utf8_lossy(&bytes).into_owned()
+    String::from_utf8(bytes).unwrap_or_default()
 }
 
 /// One line a row: what it stands for, its temperature and net fluxes. Units stand in the names of
 /// the columns.
 #[must_use]
-pub fn sides_table(rows: &[SurfaceRow], emissivity: &[f64], sides: &[SideHeat]) -> String {
-    let mut all = b"row,face,side,name,area_m2,emissivity,temperature_K,net_flux_W_m2,\
+pub fn sides_table(
+    rows: &[SurfaceRow],
+    node_of: &[u32],
+    emissivity: &[f64],
+    sides: &[SideHeat],
+) -> String {
+    let mut all = b"row,node,face,side,name,area_m2,emissivity,temperature_K,net_flux_W_m2,\
         infrared_flux_W_m2,sunlight_W_m2,radiosity_W_m2,irradiance_W_m2,temperature_error_K,\
         net_flux_error_W_m2\n"
         .to_vec();
@@ -45,7 +54,7 @@ pub fn sides_table(rows: &[SurfaceRow], emissivity: &[f64], sides: &[SideHeat]) 
             Some(Side::Back) => "back",
             None => "",
         };
-        all.extend(format!("{i},{face},{which},{}", field(&row.name)).into_bytes());
+        all.extend(format!("{i},{},{face},{which},{}", node_of[i], field(&row.name)).into_bytes());
         let known = side.temperature.map(|_| side.temperature_error);
         let some = [row.area, *e].map(Some);
         let fluxes = [side.net(), side.flux, side.sunlight, side.radiosity, side.irradiance];
@@ -72,20 +81,37 @@ pub fn surfaces_table(names: &[String], surfaces: &[SurfaceHeat]) -> String {
     text(all)
 }
 
-/// One line a radiative conductor, each pair once: `i,j,GR,from,to`, GR in m². The environment is
-/// the row after the last.
-#[must_use]
-pub fn conductors_table(factors: &Gebhart) -> String {
-    let sides = factors.sides();
-    let name = |i: usize| sides.get(i).map_or("environment", |s| s.name.as_str());
-    let out = factors.to_environment().map(|(i, conductor)| (i, sides.len(), conductor));
-    let mut all = b"i,j,GR_m2,from,to\n".to_vec();
-    for (i, j, conductor) in factors.conductors().chain(out) {
-        all.extend(format!("{i},{j},").into_bytes());
-        push_number(&mut all, conductor, Precision::Double);
-        all.extend(format!(",{},{}\n", field(name(i)), field(name(j))).into_bytes());
+/// Writes radiative conductors between nodes, a line each pair: `i,j,GR,from,to`, GR in m². Nodes
+/// are those that `node_of` says of each row, and have the names of their first rows; the
+/// environment is the one after the last. Advances `progress` by one a node.
+///
+/// # Errors
+/// If the system refuses, or the caller cancelled.
+pub fn write_conductors(
+    path: &Path,
+    factors: &Gebhart,
+    node_of: &[u32],
+    progress: &dyn Progress,
+) -> Result<(), ExportError> {
+    let nodes = node_of.iter().max().map_or(0, |k| *k as usize + 1);
+    let mut names = vec![String::from("environment"); nodes + 1];
+    for (side, k) in factors.sides().iter().zip(node_of).rev() {
+        names[*k as usize] = field(&side.name);
     }
-    text(all)
+    write_with(path, |file| {
+        writeln!(file, "i,j,GR_m2,from,to")?;
+        factors.between_nodes(node_of, |i, others, out| {
+            let out = out.map(|conductor| (nodes, conductor));
+            let mut lines = Vec::new();
+            for (j, conductor) in others.iter().copied().chain(out) {
+                lines.extend(format!("{i},{j},").into_bytes());
+                push_number(&mut lines, conductor, Precision::Double);
+                lines.extend(format!(",{},{}\n", names[i], names[j]).into_bytes());
+            }
+            file.write_all(&lines)?;
+            progress.advance(1).map_err(|_| io::ErrorKind::Interrupted.into())
+        })
+    })
 }
 
 /// Writes the triangles that rows stand for with their temperatures (K) and fluxes (W/m²), as

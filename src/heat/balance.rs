@@ -7,7 +7,6 @@ use super::network::{Network, weights};
 use super::sunlight::{Sunlight, Sunlit};
 use super::{emissive_power, temperature};
 use crate::progress::Progress;
-use crate::scene::disjoint_sets::DisjointSets;
 
 /// Relative residual that equations are solved to.
 pub(super) const TOLERANCE: f64 = 1e-13;
@@ -154,15 +153,21 @@ pub fn balance(input: &HeatInput<'_>, progress: &dyn Progress) -> Result<HeatBal
         Some(power) => power - lowest,
         None => over(supply[k] + absorbed[k], weight[k]),
     };
+    let most = (0..conditions.len()).map(power).fold(lowest, f64::max);
+    // Rounding may leave a little less than nothing.
+    let frozen = |i: &usize| power(node_of[*i] as usize) + lowest < -1e-9 * most;
+    if let Some(row) = (0..exchange.len()).filter(|&i| settled[node_of[i] as usize]).find(frozen) {
+        let supplied = supply[node_of[row] as usize];
+        return Err(HeatError::BelowZero { row, supplied });
+    }
     // A node of one side hands on what it is supplied with, to the last digit.
     let alone = alone(node_of, &floating);
     let sides: Vec<SideHeat> = (0..exchange.len())
         .map(|i| {
             let k = node_of[i] as usize;
             let irradiance = over(arriving[i], exchange.areas[i]);
-            let known = settled[i] && (weight[k] > 0.0 || !floating[k]);
             SideHeat {
-                temperature: known.then(|| temperature(power(k) + lowest)),
+                temperature: settled[k].then(|| temperature(power(k) + lowest)),
                 radiosity: sent[i] + lowest,
                 irradiance: irradiance + lowest,
                 flux: match alone[k] {
@@ -249,20 +254,21 @@ fn supply(input: &HeatInput<'_>, sunlit: Option<&Sunlit>) -> (Vec<f64>, (f64, us
     (supply, (left_out, rows))
 }
 
-/// Whether each row exchanges, through others if need be, with something of a given temperature.
+/// Whether each node has a temperature: one that is given, or that it takes because it exchanges,
+/// through others if need be, with something of a given one.
 fn settled(input: &HeatInput<'_>, supply: &[f64]) -> Result<Vec<bool>, HeatError> {
     let HeatInput { exchange, emissivity, node_of, conditions, .. } = *input;
     let n = exchange.len();
-    let mut sets = DisjointSets::new(n);
+    let mut sets = exchange.sets();
+    // A row of each node through which it takes and gives heat.
     let mut first = vec![None; conditions.len()];
     for i in 0..n {
-        exchange.row(i).filter(|e| e.1 > 0.0).for_each(|(j, _)| sets.join(i as u32, j as u32));
         if emissivity[i] > 0.0 {
             let first = *first[node_of[i] as usize].get_or_insert(i);
             sets.join(i as u32, first as u32);
         }
     }
-    let (mut anchored, mut heat) = (vec![false; n], vec![0.0; n]);
+    let (mut anchored, mut heat) = (vec![false; n], vec![[0.0; 2]; n]);
     for i in 0..n {
         let set = sets.find(i as u32) as usize;
         let fixed = power_of(&conditions[node_of[i] as usize]).is_some() && emissivity[i] > 0.0;
@@ -273,17 +279,24 @@ fn settled(input: &HeatInput<'_>, supply: &[f64]) -> Result<Vec<bool>, HeatError
     node_of.iter().enumerate().for_each(|(i, k)| row[*k as usize] = Some(i));
     for (k, first) in first.iter().enumerate().filter(|k| supply[k.0] != 0.0) {
         match (first, row[k]) {
-            (Some(i), _) => heat[sets.find(*i as u32) as usize] += supply[k],
+            (Some(i), _) => {
+                let heat = &mut heat[sets.find(*i as u32) as usize];
+                *heat = [heat[0] + supply[k], heat[1] + supply[k].abs()];
+            }
             (None, Some(_)) if power_of(&conditions[k]).is_none() => {
                 return Err(HeatError::White { node: k });
             }
             _ => {}
         }
     }
-    if let Some(row) = (0..n).find(|&i| heat[i] != 0.0 && !anchored[i]) {
-        return Err(HeatError::Unbounded { row, supplied: heat[row] });
+    // What is taken may be all that is given, but for rounding.
+    let uneven = |i: &usize| !anchored[*i] && heat[*i][0].abs() > 1e-12 * heat[*i][1];
+    if let Some(row) = (0..n).find(uneven) {
+        return Err(HeatError::Unbounded { row, supplied: heat[row][0] });
     }
-    Ok((0..n).map(|i| anchored[sets.find(i as u32) as usize]).collect())
+    let mut reached = |i: usize| anchored[sets.find(i as u32) as usize];
+    let known = conditions.iter().zip(&first);
+    Ok(known.map(|(c, first)| power_of(c).is_some() || first.is_some_and(&mut reached)).collect())
 }
 
 /// Sums over surfaces and over all.

@@ -165,6 +165,6 @@ fn driven(exchange: &Exchange, error: f64, sent: &[f64], around: f64) -> Vec<Vec
 }
 
 /// Random bits that belong to a pair.
-fn signs(i: usize, j: usize) -> u64 {
+pub(super) fn signs(i: usize, j: usize) -> u64 {
     Random::new((i as u64) << 32 | j as u64).bits()
 }

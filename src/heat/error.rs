@@ -50,9 +50,21 @@ pub enum HeatError {
         /// The share of what all surfaces send out, 0..1.
         share: f64,
     },
+    /// More heat is taken from a node than arrives there: it would be colder than 0 K.
+    #[error(
+        "more heat is taken away than arrives, {:.3e} W: no temperature is low enough", -supplied
+    )]
+    BelowZero {
+        /// One of its rows.
+        row: usize,
+        /// Heat that is supplied to its node, sunlight included, W; negative.
+        supplied: f64,
+    },
     /// It does not fit in memory.
-    #[error("takes {}; {} are allowed", Bytes(*needed), Bytes(*allowed))]
+    #[error("{what} take {}; {} are allowed", Bytes(*needed), Bytes(*allowed))]
     Memory {
+        /// What does not.
+        what: &'static str,
         /// Bytes.
         needed: u64,
         /// Bytes.
@@ -69,10 +81,13 @@ pub enum HeatError {
         /// Of the equations, relative.
         residual: f64,
     },
+    /// The dense equations have no solution in double precision.
+    #[error("Gebhart factors cannot be found: some surfaces absorb next to nothing")]
+    Singular,
     /// A row cannot be read.
     #[error("a row of the matrix cannot be read ({0})")]
     Row(#[from] io::Error),
     /// The caller cancelled.
-    #[error(transparent)]
+    #[error("cancelled")]
     Cancelled(#[from] Cancelled),
 }

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use super::error::HeatError;
 use crate::matrix::Rows;
 use crate::progress::Progress;
+use crate::scene::disjoint_sets::DisjointSets;
 
 /// Parts that a product is made in, each with sums of its own; their number is fixed, so that the
 /// number of threads changes nothing.
@@ -58,7 +59,7 @@ impl Exchange {
         let n = rows.len();
         let needed = PAIR_BYTES * (rows.entries() / 2) + ROW_BYTES * n as u64;
         if needed > memory {
-            return Err(HeatError::Memory { needed, allowed: memory });
+            return Err(HeatError::Memory { what: "exchange areas", needed, allowed: memory });
         }
         let escaping: Vec<f64> = (0..n).map(|i| areas[i] * rows.rest(i)[0]).collect();
         let share = escaping.iter().sum::<f64>() / areas.iter().sum::<f64>().max(f64::MIN_POSITIVE);
@@ -86,6 +87,7 @@ impl Exchange {
         }
         // Column j of all rows above, as j ascends: each row is read once, from its start on.
         let mut next = me.starts.clone();
+        let mut alone = Vec::new();
         for j in 0..n {
             rows.row(j, &mut columns, &mut factors)?;
             for (&i, f) in columns.iter().zip(&factors).take_while(|e| (*e.0 as usize) < j) {
@@ -93,12 +95,16 @@ impl Exchange {
                 while *at < end && (me.columns[*at] as usize) < j {
                     *at += 1;
                 }
-                if *at < end && me.columns[*at] as usize == j {
-                    me.values[*at] += 0.5 * areas[j] * f;
+                let half = 0.5 * areas[j] * f;
+                match *at < end && me.columns[*at] as usize == j {
+                    true => me.values[*at] += half,
+                    // Only one of both rows has an entry.
+                    false => alone.push((i, j as u32, half)),
                 }
             }
             progress.advance(1)?;
         }
+        me.add(alone);
         let mut sums = me.environment.clone();
         for i in 0..n {
             for (j, s) in me.row(i) {
@@ -109,6 +115,27 @@ impl Exchange {
         me.own = areas.iter().zip(&sums).map(|(a, s)| a - s).collect();
         me.parts = me.divided();
         Ok(me)
+    }
+
+    /// Adds entries that are not there yet: row, column beyond it, exchange area.
+    fn add(&mut self, mut entries: Vec<(u32, u32, f64)>) {
+        if entries.is_empty() {
+            return;
+        }
+        for i in 0..self.len() {
+            entries.extend(self.row(i).map(|(j, s)| (i as u32, j as u32, s)));
+        }
+        entries.sort_unstable_by_key(|e| (e.0, e.1));
+        self.starts =
+            (0..=self.len()).map(|i| entries.partition_point(|e| (e.0 as usize) < i)).collect();
+        self.columns = entries.iter().map(|e| e.1).collect();
+        self.values = entries.iter().map(|e| e.2).collect();
+    }
+
+    /// Bytes that it takes.
+    #[must_use]
+    pub fn bytes(&self) -> u64 {
+        PAIR_BYTES * self.columns.len() as u64 + ROW_BYTES * self.len() as u64
     }
 
     /// Number of rows.
@@ -139,6 +166,15 @@ impl Exchange {
             }
         }
         isolated
+    }
+
+    /// Sets of rows that exchange with each other, through others if need be.
+    pub(super) fn sets(&self) -> DisjointSets {
+        let mut sets = DisjointSets::new(self.len());
+        for i in 0..self.len() {
+            self.row(i).filter(|e| e.1 > 0.0).for_each(|(j, _)| sets.join(i as u32, j as u32));
+        }
+        sets
     }
 
     /// All of the symmetric matrix, row by row.

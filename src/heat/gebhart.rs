@@ -18,6 +18,19 @@ use crate::matrix::{Precision, Reflected, Rows, SurfaceRow};
 use crate::progress::Progress;
 use crate::scene::Geometry;
 
+/// Shares that differences of sums leave by rounding.
+const ROUNDING: f64 = 1e-12;
+
+/// Whether each row only exchanges with rows none of which absorbs.
+fn white(exchange: &Exchange, emissivity: &[f64]) -> Vec<bool> {
+    let mut sets = exchange.sets();
+    let mut white = vec![true; exchange.len()];
+    for (i, (e, out)) in emissivity.iter().zip(&exchange.environment).enumerate() {
+        white[sets.find(i as u32) as usize] &= *e <= 0.0 && *out <= 0.0;
+    }
+    (0..exchange.len()).map(|i| white[sets.find(i as u32) as usize]).collect()
+}
+
 /// Where what each side emits is absorbed, and the conductors between sides.
 #[derive(Debug, Clone)]
 pub struct Gebhart {
@@ -45,7 +58,7 @@ pub fn gebhart(
     let n = exchange.len();
     let needed = 2 * 8 * (n as u64).pow(2);
     if needed > memory {
-        return Err(HeatError::Memory { needed, allowed: memory });
+        return Err(HeatError::Memory { what: "Gebhart factors", needed, allowed: memory });
     }
     progress.stage("Gebhart factors", 0);
     let weights: Vec<f64> = exchange.areas.iter().zip(emissivity).map(|(a, e)| a * e).collect();
@@ -54,6 +67,9 @@ pub fn gebhart(
     for (row, area) in conductors.chunks_exact_mut(n).zip(areas()) {
         row.iter_mut().for_each(|s| *s /= area);
     }
+    // What nothing of absorbs sends light to and fro for ever, and nothing to others.
+    let white = white(exchange, emissivity);
+    conductors.chunks_exact_mut(n).zip(&white).filter(|r| *r.1).for_each(|(row, _)| row.fill(0.0));
     let mut factors = conductors.clone();
     let reflected = Reflected::new(&mut factors, emissivity, progress)?;
     conductors.par_chunks_mut(n).zip(&weights).try_for_each(|(row, weight)| {
@@ -61,29 +77,48 @@ pub fn gebhart(
         row.iter_mut().zip(emissivity).for_each(|(z, e)| *z *= weight * e);
         progress.advance(0)
     })?;
+    if conductors.iter().any(|c| !c.is_finite()) {
+        return Err(HeatError::Singular);
+    }
     let open = exchange.environment.iter().any(|s| *s > 0.0);
-    let rest = |(row, weight): (&[f64], &f64)| match open {
-        true => (weight - row.iter().sum::<f64>()).max(0.0),
-        false => 0.0,
+    let rest = |(row, weight): (&[f64], &f64)| {
+        let rest = weight - row.iter().sum::<f64>();
+        if open && rest > ROUNDING * weight { rest } else { 0.0 }
     };
     let environment = conductors.chunks_exact(n).zip(&weights).map(rest).collect();
     Ok(Gebhart { weights, conductors, environment, surfaces })
 }
 
 impl Gebhart {
-    /// The conductors between different sides, each pair once, m²: `(i, j, GR)` with i < j. Those
-    /// that are zero are left out.
-    pub fn conductors(&self) -> impl Iterator<Item = (usize, usize, f64)> + '_ {
-        let n = self.weights.len();
-        let pairs = (0..n).flat_map(move |i| (i + 1..n).map(move |j| (i, j)));
-        // What one side sends to another and back differs in rounding.
-        let mean = move |i, j| 0.5 * (self.conductors[i * n + j] + self.conductors[j * n + i]);
-        pairs.map(move |(i, j)| (i, j, mean(i, j))).filter(|c| c.2 > 0.0)
-    }
-
-    /// The conductors to the environment, m²: `(i, GR)`, without zeros.
-    pub fn to_environment(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
-        self.environment.iter().copied().enumerate().filter(|c| c.1 > 0.0)
+    /// The conductors between nodes, each of which has some rows, in m². `row` hears of each node
+    /// in order, with its conductors to those after it, and with that to the environment; zeros
+    /// are left out.
+    ///
+    /// # Errors
+    /// Those of `row`.
+    pub fn between_nodes<E>(
+        &self,
+        node_of: &[u32],
+        mut row: impl FnMut(usize, &[(usize, f64)], Option<f64>) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let (n, nodes) = (self.weights.len(), node_of.iter().max().map_or(0, |k| *k as usize + 1));
+        let mut rows = vec![Vec::new(); nodes];
+        node_of.iter().enumerate().for_each(|(i, k)| rows[*k as usize].push(i));
+        for (k, own) in rows.iter().enumerate() {
+            let mut sum = vec![0.0; nodes];
+            for &i in own {
+                for (j, &other) in node_of.iter().enumerate() {
+                    // What one side sends to another and back differs in rounding.
+                    let there = self.conductors[i * n + j] + self.conductors[j * n + i];
+                    sum[other as usize] += 0.5 * there;
+                }
+            }
+            let others: Vec<(usize, f64)> =
+                (k + 1..nodes).map(|l| (l, sum[l])).filter(|c| c.1 > 0.0).collect();
+            let out: f64 = own.iter().map(|&i| self.environment[i]).sum();
+            row(k, &others, (out > 0.0).then_some(out))?;
+        }
+        Ok(())
     }
 
     /// What the sides are.

@@ -84,6 +84,9 @@ impl<'a> Network<'a> {
     ) -> Result<(Vec<f64>, u32), HeatError> {
         let right = self.down(b);
         let whole = dot(&right, &right);
+        if !whole.is_finite() {
+            return Err(HeatError::Stalled { iterations: 0, residual: f64::INFINITY });
+        }
         let (mut z, mut r) = (vec![0.0; right.len()], right);
         let (mut p, mut square, mut iterations) = (r.clone(), whole, 0);
         while square > tolerance * tolerance * whole {

@@ -167,6 +167,24 @@ fn black_and_white_sides_are_limits_like_others() {
 }
 
 #[test]
+fn a_node_has_one_temperature_whichever_of_its_sides_tells_it() {
+    // Row 0 is white, and the other side, row 1, of its node sees row 2.
+    let rows = Plain(vec![vec![0.0; 3], vec![0.0, 0.0, 1.0], vec![0.0, 1.0, 0.0]]);
+    let exchange = || exchange(&rows, &[1.0; 3], true);
+    let run = |emissivity: [f64; 3], conditions: [Condition; 2]| {
+        let mut case = Case::new(exchange(), &emissivity, &conditions);
+        case.node_of = vec![0, 0, 1];
+        case.environment = Some(250.0);
+        case.run().unwrap().sides
+    };
+    let given = run([0.0, 0.5, 0.5], [Temperature(310.0), Heat(0.0)]);
+    assert!(given.iter().all(|s| (s.temperature.unwrap() - 310.0).abs() < 1e-9));
+    // What only its white side sees tells nothing.
+    let open = run([0.0, 0.5, 0.5], [Heat(0.0), Heat(0.0)]);
+    assert!(open.iter().all(|s| s.temperature.is_none()));
+}
+
+#[test]
 fn equal_temperatures_exchange_nothing_at_all() {
     let rows = Plain(vec![vec![0.1, 0.2, 0.3], vec![0.2, 0.3, 0.1], vec![0.3, 0.1, 0.0]]);
     let conditions = [Temperature(293.15), Temperature(293.15), Heat(0.0)];
@@ -226,15 +244,7 @@ fn gebhart_factors_give_the_same_heat() {
     let found = case.run().unwrap();
     let surfaces = vec![SurfaceRow::default(); 3];
     let factors = gebhart(&case.exchange, &emissivity, surfaces, 1 << 20, &Silent).unwrap();
-    let mut heat = [0.0; 3];
-    let difference = |i: usize, j: f64| emissive_power(temperatures[i]) - emissive_power(j);
-    for (i, j, conductor) in factors.conductors() {
-        let flows = conductor * difference(i, temperatures[j]);
-        (heat[i], heat[j]) = (heat[i] + flows, heat[j] - flows);
-    }
-    for (i, conductor) in factors.to_environment() {
-        heat[i] += conductor * difference(i, 100.0);
-    }
+    let heat = carried(&factors, &case.node_of, &temperatures, 100.0);
     for i in 0..3 {
         near(heat[i], areas[i] * found.sides[i].flux);
         let (mut columns, mut values) = (Vec::new(), Vec::new());
@@ -243,6 +253,113 @@ fn gebhart_factors_give_the_same_heat() {
     }
     let little = gebhart(&case.exchange, &emissivity, Vec::new(), 100, &Silent);
     assert!(matches!(little, Err(HeatError::Memory { needed: 144, .. })));
+}
+
+/// Heat that leaves each node through conductors, W.
+fn carried(factors: &Gebhart, node_of: &[u32], temperatures: &[f64], around: f64) -> Vec<f64> {
+    let power = |i: usize| emissive_power(temperatures[i]);
+    let mut heat = vec![0.0; temperatures.len()];
+    let sum = factors.between_nodes(node_of, |i, others, out| {
+        for (j, conductor) in others {
+            let flows = conductor * (power(i) - power(*j));
+            heat[i] += flows;
+            heat[*j] -= flows;
+        }
+        heat[i] += out.unwrap_or(0.0) * (power(i) - emissive_power(around));
+        Ok::<(), ()>(())
+    });
+    sum.unwrap();
+    heat
+}
+
+#[test]
+fn conductors_join_both_sides_of_a_node() {
+    // A shield between two plates: its sides are rows 1 and 2, and one node.
+    let mut rows = vec![vec![0.0; 4]; 4];
+    for (i, j) in [(0, 1), (1, 0), (2, 3), (3, 2)] {
+        rows[i][j] = 1.0;
+    }
+    let emissivity = [0.9, 0.2, 0.6, 0.5];
+    let given = [Temperature(500.0), Temperature(350.0), Temperature(200.0)];
+    let mut case = Case::new(exchange(&Plain(rows), &[2.0; 4], false), &emissivity, &given);
+    case.node_of = vec![0, 1, 1, 2];
+    let found = case.run().unwrap();
+    let surfaces = vec![SurfaceRow::default(); 4];
+    let factors = gebhart(&case.exchange, &emissivity, surfaces, 1 << 20, &Silent).unwrap();
+    let heat = carried(&factors, &case.node_of, &[500.0, 350.0, 200.0], 0.0);
+    near(heat[0], 2.0 * found.sides[0].flux);
+    near(heat[1], 2.0 * (found.sides[1].flux + found.sides[2].flux));
+    near(heat[2], 2.0 * found.sides[3].flux);
+}
+
+#[test]
+fn what_nothing_of_absorbs_spoils_no_factors_of_others() {
+    // Rows 2 and 3 exchange with each other alone, and row 4 with nothing; all are white.
+    let mut rows = vec![vec![0.0; 5]; 5];
+    for (i, j) in [(0, 1), (1, 0), (2, 3), (3, 2)] {
+        rows[i][j] = 1.0;
+    }
+    let exchange = exchange(&Plain(rows), &[1.0; 5], false);
+    let emissivity = [0.8, 0.4, 0.0, 0.0, 0.0];
+    let surfaces = vec![SurfaceRow::default(); 5];
+    let factors = gebhart(&exchange, &emissivity, surfaces, 1 << 20, &Silent).unwrap();
+    let mut all = Vec::new();
+    let each: Vec<u32> = (0..5).collect();
+    let listed = factors.between_nodes(&each, |i, others, out| {
+        assert_eq!(out, None);
+        all.extend(others.iter().map(|(j, conductor)| (i, *j, *conductor)));
+        Ok::<(), ()>(())
+    });
+    listed.unwrap();
+    let [(0, 1, conductor)] = all[..] else { panic!("{all:?}") };
+    near(conductor, 1.0 / (1.0 / 0.8 + 1.0 / 0.4 - 1.0));
+}
+
+#[test]
+fn entries_of_one_row_alone_count_half() {
+    let above = exchange(&Plain(vec![vec![0.0, 0.4], vec![0.0, 0.0]]), &[1.0, 2.0], true);
+    let below = exchange(&Plain(vec![vec![0.0, 0.0], vec![0.2, 0.0]]), &[1.0, 2.0], true);
+    for found in [above, below] {
+        assert_eq!(found.row(0).collect::<Vec<_>>(), [(1, 0.2)]);
+    }
+}
+
+#[test]
+fn errors_are_those_of_matrices_that_are_off() {
+    // Three rows that all see the environment, a heated shield and sunlight.
+    let factors = [[0.0, 0.3, 0.2], [0.3, 0.0, 0.25], [0.2, 0.25, 0.1]];
+    let solve = |off: f64, draw: usize, error: f64| {
+        let mut rows: Vec<Vec<f64>> = factors.iter().map(|r| r.to_vec()).collect();
+        for (i, j) in [(0, 1), (0, 2), (1, 2)] {
+            let sign = if deviation::signs(i, j) >> draw & 1 == 0 { off } else { -off };
+            rows[i][j] *= 1.0 + sign;
+            rows[j][i] = rows[i][j];
+        }
+        let conditions = [Temperature(400.0), Heat(30.0), Heat(0.0)];
+        let exchange = exchange(&Plain(rows), &[1.0; 3], true);
+        let mut case = Case::new(exchange, &[0.7, 0.3, 0.9], &conditions);
+        case.environment = Some(250.0);
+        case.sun = Some((vec![0.2, 0.6, 0.5], vec![0.0, 900.0, 100.0], 40.0));
+        case.error = error;
+        case.run().unwrap()
+    };
+    const OFF: f64 = 1e-5;
+    let (plain, stated) = (solve(0.0, 0, 0.0), solve(0.0, 0, OFF));
+    let mut squares = [[0.0; 2]; 3];
+    for draw in 0..16 {
+        let off = solve(OFF, draw, 0.0);
+        for ((sum, off), plain) in squares.iter_mut().zip(&off.sides).zip(&plain.sides) {
+            sum[0] += (off.temperature.unwrap() - plain.temperature.unwrap()).powi(2) / 16.0;
+            sum[1] += (off.net() - plain.net()).powi(2) / 16.0;
+        }
+    }
+    for (i, (side, square)) in stated.sides.iter().zip(squares).enumerate() {
+        for (stated, square) in [side.temperature_error, side.flux_error].iter().zip(square) {
+            let exact = 1.96 * square.sqrt();
+            assert!((stated - exact).abs() <= 1e-2 * exact + 1e-9, "{i}: {stated} {exact}");
+        }
+    }
+    assert!(stated.sides[0].flux_error > 1e-4 && stated.sides[2].temperature_error > 1e-5);
 }
 
 #[test]
@@ -284,6 +401,18 @@ fn what_has_no_answer_is_an_error() {
         run([0.5; 2], [Heat(1.0), Heat(0.0)]),
         Err(HeatError::Unbounded { supplied, .. }) if supplied == 1.0
     ));
+    // No temperature is low enough to give away so little.
+    let cold = run([0.5; 2], [Heat(-1000.0), Temperature(300.0)]);
+    assert!(matches!(cold, Err(HeatError::BelowZero { row: 0, supplied }) if supplied == -1000.0));
+    assert!(matches!(
+        run([0.5; 2], [Heat(1e200), Temperature(3.0)]),
+        Err(HeatError::Stalled { .. })
+    ));
+    assert!(crate::progress::is_cancelled(&HeatError::from(crate::progress::Cancelled)));
+    // What is taken is what is given, but for rounding.
+    let three = Plain(vec![vec![0.0, 0.5, 0.5], vec![0.5, 0.0, 0.5], vec![0.5, 0.5, 0.0]]);
+    let conditions = [Heat(0.1), Heat(0.2), Heat(-0.3)];
+    Case::new(exchange(&three, &[1.0; 3], false), &[0.5; 3], &conditions).run().unwrap();
     // Without heat, or with as much taken as given, any temperature would do.
     for heat in [0.0, 3.0] {
         let found = run([0.5; 2], [Heat(heat), Heat(-heat)]).unwrap();

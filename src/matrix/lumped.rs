@@ -9,6 +9,9 @@ use super::entries::Matrix;
 use super::rows::{FaceAccount, Precision, Rows, SurfaceRow};
 use crate::scene::{Geometry, Grouping, Side};
 
+/// What the backs of a surface are called after its name.
+pub const BACK: &str = " (back)";
+
 /// The matrix between named groups of triangles:
 ///
 /// ```text
@@ -70,7 +73,7 @@ impl Lumped {
         let mut names = vec![String::new(); members.len()];
         for ((name, side), group) in number {
             let name = &grouping.names[name as usize];
-            let back = if two && side == Side::Back { " (back)" } else { "" };
+            let back = if two && side == Side::Back { BACK } else { "" };
             names[group as usize] = format!("{name}{back}");
         }
         let surfaces = members

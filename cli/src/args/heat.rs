@@ -36,16 +36,16 @@ pub struct Heat {
     pub model: Model,
 
     /// What has this temperature, in K; may be repeated
-    #[arg(long, value_name = "NAME=K", value_parser = named, allow_hyphen_values = true)]
+    #[arg(long, value_name = "NAME=K", value_parser = kelvin, allow_hyphen_values = true)]
     pub temperature: Vec<Named>,
 
     /// What is supplied with this heat, in W/m2 of one side's area, negative if it is taken away;
     /// may be repeated [default: 0]
-    #[arg(long, value_name = "NAME=W/m2", value_parser = named, allow_hyphen_values = true)]
+    #[arg(long, value_name = "NAME=W/m2", value_parser = watts, allow_hyphen_values = true)]
     pub flux: Vec<Named>,
 
     /// Infrared emissivity, 0 to 1; may be repeated
-    #[arg(long, value_name = "[NAME=]E", value_parser = named, allow_hyphen_values = true)]
+    #[arg(long, value_name = "[NAME=]E", value_parser = share, allow_hyphen_values = true)]
     pub emissivity: Vec<Named>,
 
     /// Temperature of what surrounds the model, in K; only an enclosure needs none
@@ -64,7 +64,7 @@ pub struct Heat {
     pub diffuse_sun: Option<f64>,
 
     /// Share of sunlight that is absorbed, 0 to 1; may be repeated [default: the emissivity]
-    #[arg(long, value_name = "[NAME=]A", value_parser = named, allow_hyphen_values = true)]
+    #[arg(long, value_name = "[NAME=]A", value_parser = share, allow_hyphen_values = true)]
     pub absorptance: Vec<Named>,
 
     /// Take this for a diffuse reflector, although the file says that it is a mirror or metal; all:
@@ -84,7 +84,8 @@ pub struct Heat {
     #[arg(long, value_name = "FILE")]
     pub gebhart: Option<PathBuf>,
 
-    /// Radiative conductors between rows, and to the environment (.csv): i,j,GR in m2
+    /// Radiative conductors between nodes, and to the environment (.csv): i,j,GR in m2. A node is a
+    /// row, or both sides of a face
     #[arg(long, value_name = "FILE.csv")]
     pub conductors: Option<PathBuf>,
 
@@ -159,16 +160,24 @@ fn sun_in_watts(text: &str) -> Result<SunArg, String> {
     }
 }
 
+fn kelvin(text: &str) -> Result<Named, String> {
+    named(text).ok_or_else(|| format!("'{text}' is no temperature in K; write it like wall=293.15"))
+}
+
+fn watts(text: &str) -> Result<Named, String> {
+    named(text).ok_or_else(|| format!("'{text}' is no flux in W/m2; write it like heater=500"))
+}
+
+fn share(text: &str) -> Result<Named, String> {
+    named(text).ok_or_else(|| format!("'{text}' is no share from 0 to 1; write it like wall=0.9"))
+}
+
 /// A number, after a name and `=` if it has one.
-fn named(text: &str) -> Result<Named, String> {
+fn named(text: &str) -> Option<Named> {
     let (name, number) = match text.rsplit_once('=') {
         Some((name, number)) => (Some(name), number),
         None => (None, text),
     };
-    match number.trim().parse::<f64>() {
-        Ok(value) if value.is_finite() && name != Some("") => {
-            Ok(Named { name: name.map(str::to_owned), value })
-        }
-        _ => Err(format!("'{text}' is no name and number; write it like wall=0.9")),
-    }
+    let value = number.trim().parse().ok().filter(|value: &f64| value.is_finite())?;
+    (name != Some("")).then(|| Named { name: name.map(str::to_owned), value })
 }

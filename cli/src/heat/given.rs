@@ -3,19 +3,18 @@
 use std::collections::{BTreeSet, HashMap};
 
 use hemicube::heat::{Condition, HeatError};
-use hemicube::scene::{GroupBy, Grouping, Scene, Side};
+use hemicube::matrix::BACK;
+use hemicube::scene::{GroupBy, Grouping, Scene, Side, TriangleId};
 
 use super::Model;
 use crate::args::{Heat, Named};
 use crate::failure::Failure;
 
-/// What is given for each triangle, front and back.
-pub struct Given {
-    temperature: Vec<[Option<f64>; 2]>,
-    flux: Vec<[Option<f64>; 2]>,
-    emissivity: Vec<[Option<f64>; 2]>,
-    absorptance: Vec<[Option<f64>; 2]>,
-}
+/// What is known of the sides of each triangle, front and back, that exchange heat.
+pub struct Given(Vec<[Option<Known>; 2]>);
+
+/// A number for each side of each triangle, where there is one.
+type OfSides = Vec<[Option<f64>; 2]>;
 
 /// What is known of each row.
 pub struct OfRows {
@@ -38,7 +37,7 @@ const NAMED: usize = 8;
 
 impl Given {
     /// Reads what is given; refuses names that the model does not have, and what is contradictory.
-    pub fn new(args: &Heat, scene: &Scene) -> Result<Self, Failure> {
+    pub fn new(args: &Heat, scene: &Scene, grouping: Option<&Grouping>) -> Result<Self, Failure> {
         let names = Names::of(scene);
         let read = |flag: &str, values: &[Named], for_all: bool| {
             let mut all = vec![[None; 2]; scene.geometry.len()];
@@ -55,7 +54,11 @@ impl Given {
             }
             for value in named {
                 let name = value.name.as_deref().unwrap_or_default();
-                for (triangle, side) in names.find(flag, name)? {
+                let other = |v: &&Named| v.name.as_deref() == Some(name) && v.value != value.value;
+                if values.iter().any(|v| other(&v)) {
+                    return Err(Failure::Input(format!("{flag} {name}: is given twice")));
+                }
+                for (triangle, side) in names.find_taking_part(flag, name)? {
                     let sides = &mut all[triangle];
                     Side::BOTH
                         .iter()
@@ -76,9 +79,11 @@ impl Given {
             }
             None => Ok(()),
         };
-        let share = "lies between 0 and 1";
+        let share = "is not between 0 and 1";
         range("--emissivity", &args.emissivity, 0.0, 1.0, share)?;
         range("--absorptance", &args.absorptance, 0.0, 1.0, share)?;
+        let much = "is no flux in W/m2 from -1e12 to 1e12";
+        range("--flux", &args.flux, -1e12, 1e12, much)?;
         let kelvin = "is no temperature in K; 20 °C are 293.15";
         range("--temperature", &args.temperature, 0.0, 1e6, kelvin)?;
         let environment: Vec<Named> =
@@ -88,7 +93,7 @@ impl Given {
             return Err(Failure::input("--diffuse-sun: an irradiance is not negative"));
         }
         refuse_mirrors(args, scene, &names)?;
-        let given = Self {
+        let given = Flags {
             temperature: read("--temperature", &args.temperature, false)?,
             flux: read("--flux", &args.flux, false)?,
             emissivity: read("--emissivity", &args.emissivity, true)?
@@ -108,42 +113,71 @@ impl Given {
                 names.surface(triangle)
             )));
         }
-        Ok(given)
+        given.known(scene, grouping, &names).map(Self)
     }
 
     /// What it means for the rows of a model.
-    pub fn of_rows(&self, model: &Model<'_>) -> Result<OfRows, Failure> {
-        let faces = &model.matrix.layout.faces;
-        let names = Names::of(model.scene);
-        let mut known: Vec<Option<Known>> = vec![None; model.rows.len()];
+    pub fn of_rows(&self, model: &Model<'_>) -> OfRows {
+        let mut known = vec![None; model.rows.len()];
+        for (i, face) in model.matrix.layout.faces.iter().enumerate() {
+            if face.patch.is_some() {
+                let side = usize::from(face.side == Side::Back);
+                known[model.row_of(i)] = self.0[face.triangle.index()][side];
+            }
+        }
+        OfRows::new(model, &known)
+    }
+}
+
+/// What the flags say of sides.
+struct Flags {
+    temperature: OfSides,
+    flux: OfSides,
+    emissivity: OfSides,
+    absorptance: OfSides,
+}
+
+impl Flags {
+    /// What is known of all sides that take part; refuses what is missing, and what is different
+    /// within a group.
+    fn known(
+        &self,
+        scene: &Scene,
+        grouping: Option<&Grouping>,
+        names: &Names<'_>,
+    ) -> Result<Vec<[Option<Known>; 2]>, Failure> {
+        let geometry = &scene.geometry;
+        let mut known = vec![[None; 2]; geometry.len()];
         let mut absent = BTreeSet::new();
-        for (i, face) in faces.iter().enumerate().filter(|f| f.1.patch.is_some()) {
-            let (triangle, row) = (face.triangle.index(), model.row_of(i));
-            let Some(own) = self.of_side(triangle, face.side, &names)? else {
-                absent.insert(names.surface(triangle));
-                continue;
-            };
-            match known[row] {
-                None => known[row] = Some(own),
-                Some(other) if other == own => {}
-                Some(_) => {
+        let mut of_group: HashMap<(u32, Side), Known> = HashMap::new();
+        for id in geometry.ids() {
+            let triangle = id.index();
+            for side in Side::BOTH.into_iter().filter(|side| geometry.exchanges(id, *side)) {
+                let Some(own) = self.of_side(triangle, side, names)? else {
+                    absent.insert(names.surface(triangle));
+                    continue;
+                };
+                known[triangle][usize::from(side == Side::Back)] = Some(own);
+                let Some(grouping) = grouping else { continue };
+                let group = grouping.of[triangle];
+                if *of_group.entry((group, side)).or_insert(own) != own {
                     return Err(Failure::Input(format!(
                         "--group: {} holds faces of which different things are given; group by \
                          what they have in common, or leave --group out",
-                        model.rows[row].name
+                        grouping.names[group as usize]
                     )));
                 }
             }
         }
-        if !absent.is_empty() {
-            return Err(Failure::Input(format!(
-                "{}: no emissivity is given for {}; give --emissivity NAME=E, or one number for \
-                 all others",
-                model.scene.name,
-                listed(absent.into_iter())
-            )));
+        if absent.is_empty() {
+            return Ok(known);
         }
-        Ok(OfRows::new(model, &known))
+        Err(Failure::Input(format!(
+            "{}: no emissivity is given for {}; give --emissivity NAME=E, or one number for all \
+             others",
+            scene.name,
+            listed(absent.into_iter())
+        )))
     }
 
     /// What is known of a side of a triangle; nothing without an emissivity.
@@ -224,7 +258,8 @@ impl OfRows {
             .map(|row| {
                 let name = if row.name.is_empty() { "default" } else { &row.name };
                 let name = match row.side {
-                    Some(Side::Back) if model.lumped.is_none() => format!("{name}{BACK}"),
+                    // Names of groups say it already.
+                    Some(Side::Back) if row.triangle.is_some() => format!("{name}{BACK}"),
                     _ => name.to_owned(),
                 };
                 *number.entry(name.clone()).or_insert_with(|| {
@@ -262,7 +297,9 @@ fn of_file(args: &Heat, scene: &Scene, triangle: usize) -> Option<f64> {
 /// Where in the model an error is.
 pub fn place(error: &HeatError, model: &Model<'_>, rows: &OfRows) -> String {
     let row = match error {
-        HeatError::Share { row, .. } | HeatError::Unbounded { row, .. } => Some(*row),
+        HeatError::Share { row, .. }
+        | HeatError::Unbounded { row, .. }
+        | HeatError::BelowZero { row, .. } => Some(*row),
         HeatError::White { node } => rows.node_of.iter().position(|k| *k as usize == *node),
         _ => None,
     };
@@ -303,8 +340,7 @@ pub fn listed<'a>(names: impl ExactSizeIterator<Item = &'a str>) -> String {
     format!("{}{more}", shown.join(", "))
 }
 
-/// What a side that is named alone has after its name.
-const BACK: &str = " (back)";
+/// What a front that is named alone has after its name.
 const FRONT: &str = " (front)";
 
 /// The names of a model.
@@ -324,6 +360,29 @@ impl<'a> Names<'a> {
     fn surface(&self, triangle: usize) -> &str {
         let surfaces = &self.groupings[0];
         &surfaces.names[surfaces.of[triangle] as usize]
+    }
+
+    /// The same; refuses a name none of whose sides exchanges heat.
+    fn find_taking_part(
+        &self,
+        flag: &str,
+        name: &str,
+    ) -> Result<Vec<(usize, Option<Side>)>, Failure> {
+        let found = self.find(flag, name)?;
+        let geometry = &self.scene.geometry;
+        let takes_part = |&(t, side): &(usize, Option<Side>)| {
+            let id = TriangleId(t as u32);
+            let asked = |s: &&Side| side.is_none_or(|side| side == **s);
+            Side::BOTH.iter().filter(asked).any(|side| geometry.exchanges(id, *side))
+        };
+        if found.iter().any(takes_part) {
+            return Ok(found);
+        }
+        let why = match found.first() {
+            Some((_, Some(Side::Back))) => "its back exchanges no heat; use --sides two",
+            _ => "exchanges no heat: it only blocks, has no area, or is there twice",
+        };
+        Err(Failure::Input(format!("{flag} {name}: {why}")))
     }
 
     /// The triangles of that name, and which side of them; both without one.

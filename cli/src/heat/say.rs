@@ -60,6 +60,8 @@ pub fn summary(args: &Heat, report: &MatrixReport, rows: &OfRows, found: &HeatBa
     }
     // What rounding leaves is nothing.
     let exchanged = found.supplied.max(found.removed).max(found.to_environment.abs());
+    /// More than rounding leaves unaccounted for, where emissivities are not tiny.
+    const MUCH_MISSING: f64 = 1e-9;
     let watt = |w: f64| match w.abs() > 1e-12 * exchanged {
         true => format!("{} W", significant(w)),
         false => String::from("0 W"),
@@ -84,6 +86,18 @@ pub fn summary(args: &Heat, report: &MatrixReport, rows: &OfRows, found: &HeatBa
         watt(found.removed),
         found.imbalance
     ));
+    if found.imbalance > MUCH_MISSING {
+        say(
+            "warning: more than 1e-9 of the energy is unaccounted for, as emissivities are so small \
+             that nearly all is reflected",
+        );
+    }
+    if (args.sun.is_some() || args.diffuse_sun.is_some()) && received == 0.0 {
+        say(
+            "warning: no sunlight arrives: the sun is hidden from all faces, and what is from all \
+             around comes through an --environment alone",
+        );
+    }
     if let Some(pairs) = report.pairs {
         say(&format!(
             "errors: form factors to about {:.2} % (RMS), carried through to first order",

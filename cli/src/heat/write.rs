@@ -3,18 +3,18 @@
 use std::path::Path;
 
 use hemicube::export::{
-    ExportError, MATRIX_FORMATS, MatrixFormat, PictureFormat, conductors_table, sides_table,
-    surfaces_table, write_heat_vtu, write_matrix, write_whole,
+    ExportError, MATRIX_FORMATS, MatrixFormat, PictureFormat, sides_table, surfaces_table,
+    write_conductors, write_heat_vtu, write_matrix, write_whole,
 };
-use hemicube::heat::{Exchange, HeatBalance, HeatError, gebhart};
+use hemicube::heat::{Gebhart, HeatBalance};
 use hemicube::matrix::MatrixReport;
+use hemicube::progress::Progress;
 use serde_json::json;
 
 use super::Model;
 use super::given::OfRows;
 use crate::args::Heat;
 use crate::failure::Failure;
-use crate::machine;
 use crate::terminal::{Bar, print as tell, print_data};
 
 /// Refuses what cannot be written, before any work is done.
@@ -47,10 +47,9 @@ pub fn all(
     args: &Heat,
     model: &Model<'_>,
     rows: &OfRows,
-    exchange: &Exchange,
     found: &HeatBalance,
+    factors: Option<&Gebhart>,
     bar: &Bar,
-    failure: &dyn Fn(HeatError) -> Failure,
 ) -> Result<(), Failure> {
     let export = |e: ExportError| Failure::of(e, Failure::failed);
     if let Some(path) = &args.output {
@@ -59,7 +58,7 @@ pub fn all(
             let geometry = &model.scene.geometry;
             write_heat_vtu(path, geometry, model.matrix, &row_of, &found.sides).map_err(export)?;
         } else {
-            let table = sides_table(&model.rows, &rows.emissivity, &found.sides);
+            let table = sides_table(&model.rows, &rows.node_of, &rows.emissivity, &found.sides);
             write_whole(path, table.as_bytes()).map_err(export)?;
         }
     }
@@ -67,19 +66,15 @@ pub fn all(
         let table = surfaces_table(&rows.surfaces, &found.surfaces);
         write_whole(path, table.as_bytes()).map_err(export)?;
     }
-    if args.gebhart.is_none() && args.conductors.is_none() {
-        return Ok(());
-    }
-    let memory = args.run.memory.unwrap_or_else(machine::available_memory);
-    let factors =
-        gebhart(exchange, &rows.emissivity, model.rows.clone(), memory, bar).map_err(failure)?;
+    let Some(factors) = factors else { return Ok(()) };
     if let Some(path) = &args.gebhart {
         let mut origin = model.matrix.origin(&model.scene.geometry);
         origin.lumped = true;
-        write_matrix(path, &factors, &model.rows, &origin, bar).map_err(export)?;
+        write_matrix(path, factors, &model.rows, &origin, bar).map_err(export)?;
     }
     if let Some(path) = &args.conductors {
-        write_whole(path, conductors_table(&factors).as_bytes()).map_err(export)?;
+        bar.stage("conductors", rows.conditions.len() as u64);
+        write_conductors(path, factors, &rows.node_of, bar).map_err(export)?;
     }
     Ok(())
 }
@@ -104,11 +99,12 @@ pub fn report(args: &Heat, report: &MatrixReport, found: &HeatBalance) -> Result
 }
 
 /// Prints the surfaces, or the names of what was written.
-pub fn print(args: &Heat, rows: &OfRows, found: &HeatBalance) -> Result<(), Failure> {
-    let files = [&args.output, &args.surfaces, &args.gebhart, &args.conductors, &args.picture];
-    files.into_iter().flatten().for_each(|path| tell(&path.display().to_string()));
+pub fn print(args: &Heat, rows: &OfRows, found: &HeatBalance) {
+    // With the table itself on stdout there is no place for names.
     if args.surfaces.is_none() {
         print_data(surfaces_table(&rows.surfaces, &found.surfaces).trim_end());
+        return;
     }
-    Ok(())
+    let files = [&args.output, &args.surfaces, &args.gebhart, &args.conductors, &args.picture];
+    files.into_iter().flatten().for_each(|path| tell(&path.display().to_string()));
 }
