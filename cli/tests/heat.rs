@@ -141,7 +141,7 @@ fn what_cannot_be_answered_is_refused_with_its_remedy() {
     refused(&e(&["--flux", "floor=10"]), &["no temperature settles", "--environment"]);
     refused(&e(&["--environment", "-1"]), &["--environment -1"]);
     refused(&e(&["--sun", "180,45"]), &["'180,45' is no sun", "135,40,1000"]);
-    refused(&e(&["--diffuse-sun", "-1"]), &["--diffuse-sun"]);
+    refused(&e(&["--diffuse-sun", "-1"]), &["--diffuse-sun -1", "no irradiance"]);
     refused(&e(&["-o", "faces.xls"]), &["faces.xls", ".csv or .vtu"]);
     refused(&e(&["--conductors", "gr.txt"]), &["gr.txt", ".csv"]);
     refused(&e(&["--gebhart", "b.txt"]), &["b.txt", ".npz"]);

@@ -294,9 +294,9 @@ fn conductors_join_both_sides_of_a_node() {
 
 #[test]
 fn what_nothing_of_absorbs_spoils_no_factors_of_others() {
-    // Rows 2 and 3 exchange with each other alone, and row 4 with nothing; all are white.
+    // Rows 2 and 3 exchange with each other alone, and row 4 with itself; all are white.
     let mut rows = vec![vec![0.0; 5]; 5];
-    for (i, j) in [(0, 1), (1, 0), (2, 3), (3, 2)] {
+    for (i, j) in [(0, 1), (1, 0), (2, 3), (3, 2), (4, 4)] {
         rows[i][j] = 1.0;
     }
     let exchange = exchange(&Plain(rows), &[1.0; 5], false);

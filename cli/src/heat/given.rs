@@ -39,69 +39,17 @@ impl Given {
     /// Reads what is given; refuses names that the model does not have, and what is contradictory.
     pub fn new(args: &Heat, scene: &Scene, grouping: Option<&Grouping>) -> Result<Self, Failure> {
         let names = Names::of(scene);
-        let read = |flag: &str, values: &[Named], for_all: bool| {
-            let mut all = vec![[None; 2]; scene.geometry.len()];
-            // What has a name goes before what has none.
-            let (named, plain): (Vec<_>, Vec<_>) = values.iter().partition(|v| v.name.is_some());
-            if let Some(value) = plain.iter().find(|_| !for_all) {
-                return Err(Failure::Input(format!(
-                    "{flag} {0}: says not what; write it like {flag} wall={0}",
-                    value.value
-                )));
-            }
-            for value in plain {
-                all.fill([Some(value.value); 2]);
-            }
-            for value in named {
-                let name = value.name.as_deref().unwrap_or_default();
-                let other = |v: &&Named| v.name.as_deref() == Some(name) && v.value != value.value;
-                if values.iter().any(|v| other(&v)) {
-                    return Err(Failure::Input(format!("{flag} {name}: is given twice")));
-                }
-                for (triangle, side) in names.find_taking_part(flag, name)? {
-                    let sides = &mut all[triangle];
-                    Side::BOTH
-                        .iter()
-                        .zip(sides)
-                        .filter(|s| side.is_none_or(|x| x == *s.0))
-                        .for_each(|(_, own)| *own = Some(value.value));
-                }
-            }
-            Ok(all)
-        };
-        let range = |flag: &str, values: &[Named], low: f64, high: f64, what: &str| match values
-            .iter()
-            .find(|v| !(low..=high).contains(&v.value))
-        {
-            Some(value) => {
-                let name = value.name.as_ref().map_or(String::new(), |n| format!("{n}="));
-                Err(Failure::Input(format!("{flag} {name}{}: {what}", value.value)))
-            }
-            None => Ok(()),
-        };
-        let share = "is not between 0 and 1";
-        range("--emissivity", &args.emissivity, 0.0, 1.0, share)?;
-        range("--absorptance", &args.absorptance, 0.0, 1.0, share)?;
-        let much = "is no flux in W/m2 from -1e12 to 1e12";
-        range("--flux", &args.flux, -1e12, 1e12, much)?;
-        let kelvin = "is no temperature in K; 20 °C are 293.15";
-        range("--temperature", &args.temperature, 0.0, 1e6, kelvin)?;
-        let environment: Vec<Named> =
-            args.environment.iter().map(|&value| Named { name: None, value }).collect();
-        range("--environment", &environment, 0.0, 1e6, kelvin)?;
-        if args.diffuse_sun.is_some_and(|sun| !(0.0..1e30).contains(&sun)) {
-            return Err(Failure::input("--diffuse-sun: an irradiance is not negative"));
-        }
+        check_ranges(args)?;
         refuse_mirrors(args, scene, &names)?;
+        let mut emissivity = names.read("--emissivity", &args.emissivity, true)?;
+        for (triangle, own) in emissivity.iter_mut().enumerate() {
+            *own = own.map(|e| e.or_else(|| of_file(args, scene, triangle)));
+        }
         let given = Flags {
-            temperature: read("--temperature", &args.temperature, false)?,
-            flux: read("--flux", &args.flux, false)?,
-            emissivity: read("--emissivity", &args.emissivity, true)?
-                .into_iter()
-                .enumerate()
-                .map(|(t, own)| own.map(|e| e.or_else(|| of_file(args, scene, t))))
-                .collect(),
-            absorptance: read("--absorptance", &args.absorptance, true)?,
+            temperature: names.read("--temperature", &args.temperature, false)?,
+            flux: names.read("--flux", &args.flux, false)?,
+            emissivity,
+            absorptance: names.read("--absorptance", &args.absorptance, true)?,
         };
         let both = given.temperature.iter().zip(&given.flux);
         let twice = |(t, q): (&[Option<f64>; 2], &[Option<f64>; 2])| {
@@ -306,6 +254,31 @@ pub fn place(error: &HeatError, model: &Model<'_>, rows: &OfRows) -> String {
     row.map_or(String::new(), |row| format!("{} (row {row}): ", model.rows[row].name))
 }
 
+/// Refuses numbers that are out of range.
+fn check_ranges(args: &Heat) -> Result<(), Failure> {
+    const SHARE: &str = "is not between 0 and 1";
+    const KELVIN: &str = "is no temperature in K; 20 °C are 293.15";
+    let environment = args.environment.map(|value| Named { name: None, value });
+    let environment: Vec<Named> = environment.into_iter().collect();
+    let sun = args.diffuse_sun.map(|value| Named { name: None, value });
+    let sun: Vec<Named> = sun.into_iter().collect();
+    for (flag, values, [low, high], what) in [
+        ("--emissivity", &args.emissivity, [0.0, 1.0], SHARE),
+        ("--absorptance", &args.absorptance, [0.0, 1.0], SHARE),
+        ("--flux", &args.flux, [-1e12, 1e12], "is no flux in W/m2 from -1e12 to 1e12"),
+        ("--temperature", &args.temperature, [0.0, 1e6], KELVIN),
+        ("--environment", &environment, [0.0, 1e6], KELVIN),
+        ("--diffuse-sun", &sun, [0.0, 1e12], "is no irradiance in W/m2 from 0 to 1e12"),
+    ] {
+        if let Some(value) = values.iter().find(|v| !(low..=high).contains(&v.value)) {
+            let name = value.name.as_ref().map_or(String::new(), |n| format!("{n}="));
+            // In this form large numbers have an exponent.
+            return Err(Failure::Input(format!("{flag} {name}{:?}: {what}", value.value)));
+        }
+    }
+    Ok(())
+}
+
 /// Refuses what the file says is a mirror, unless it is to be taken for a diffuse reflector.
 fn refuse_mirrors(args: &Heat, scene: &Scene, names: &Names<'_>) -> Result<(), Failure> {
     let mut excused = vec![false; scene.geometry.len()];
@@ -354,6 +327,37 @@ impl<'a> Names<'a> {
     fn of(scene: &'a Scene) -> Self {
         let by = [GroupBy::Surface, GroupBy::Material, GroupBy::Object];
         Self { scene, groupings: by.map(|by| scene.grouping(by)) }
+    }
+
+    /// The numbers of all sides that a flag says, those of names before those of all; unless
+    /// `for_all`, each needs a name.
+    fn read(&self, flag: &str, values: &[Named], for_all: bool) -> Result<OfSides, Failure> {
+        let mut all = vec![[None; 2]; self.scene.geometry.len()];
+        for value in values.iter().filter(|v| v.name.is_none()) {
+            if !for_all {
+                return Err(Failure::Input(format!(
+                    "{flag} {0}: says not what; write it like {flag} wall={0}",
+                    value.value
+                )));
+            }
+            all.fill([Some(value.value); 2]);
+        }
+        for value in values {
+            let Some(name) = &value.name else { continue };
+            if values.iter().any(|v| v.name == value.name && v.value != value.value) {
+                return Err(Failure::Input(format!("{flag} {name}: is given twice")));
+            }
+            for (triangle, side) in self.find_taking_part(flag, name)? {
+                let [front, back] = &mut all[triangle];
+                if side != Some(Side::Back) {
+                    *front = Some(value.value);
+                }
+                if side != Some(Side::Front) {
+                    *back = Some(value.value);
+                }
+            }
+        }
+        Ok(all)
     }
 
     /// The surface of a triangle.
