@@ -155,10 +155,11 @@ pub fn balance(input: &HeatInput<'_>, progress: &dyn Progress) -> Result<HeatBal
     };
     let most = (0..conditions.len()).map(power).fold(lowest, f64::max);
     // Rounding may leave a little less than nothing.
-    let frozen = |i: &usize| power(node_of[*i] as usize) + lowest < -1e-9 * most;
-    if let Some(row) = (0..exchange.len()).filter(|&i| settled[node_of[i] as usize]).find(frozen) {
-        let supplied = supply[node_of[row] as usize];
-        return Err(HeatError::BelowZero { row, supplied });
+    let frozen = |k: &u32| settled[*k as usize] && power(*k as usize) + lowest < -1e-9 * most;
+    if node_of.iter().any(frozen) {
+        let taken = |i: &usize| supply[node_of[*i] as usize];
+        let row = (0..exchange.len()).min_by(|i, j| taken(i).total_cmp(&taken(j))).unwrap_or(0);
+        return Err(HeatError::BelowZero { row, supplied: taken(&row) });
     }
     // A node of one side hands on what it is supplied with, to the last digit.
     let alone = alone(node_of, &floating);
