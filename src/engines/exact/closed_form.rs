@@ -3,7 +3,9 @@
 //!
 //! The points are the centroids of the 16 sub-triangles of a triangle; four of them are those of
 //! its quarters, and by how much their mean differs tells how good the mean of all is. Where it is
-//! not good enough, they give way to the points of the quarters.
+//! not good enough, they give way to the points of the quarters. Where the points agree that nearly
+//! all is hidden, or hardly anything, the corners of the sub-triangles are asked as well: what is
+//! seen past a corner of a body is often seen from the tip of a triangle alone.
 //!
 //! What blockers of one sheet hide adds up. Where several sheets hide something from a point, they
 //! may overlap: if that matters, all blockers are subtracted from what it sees (`union`).
@@ -16,7 +18,7 @@ use glam::{DVec3, Vec3};
 
 use super::blockers::Blockers;
 use super::clip::ClippedBlocker;
-use super::fractions::{Fractions, OF_QUARTERS, POINTS, uncertainty};
+use super::fractions::{Fractions, NODE_WEIGHTS, NODES, OF_QUARTERS, POINTS, uncertainty};
 use super::occluded::{Occluded, Projected, Target, aim, occlude};
 use super::pair::Pair;
 use super::polygon::{Polygon, longest_edge};
@@ -39,6 +41,24 @@ const BY_DIFFERENCE: f64 = 0.5;
 
 /// The least error of 16 points over their standard deviation: four may agree with them by chance.
 const BY_SPREAD: f64 = 0.01;
+
+/// Fractions that are nothing in single precision.
+const NOISE: f64 = 2e-6;
+
+/// Points agree if no more than this is hidden on the average, or seen: what one of them might.
+const NEARLY_NONE: f64 = 1.0 / 16.0;
+
+/// Points that agree may miss half of what the corner of a sub-triangle sees, or does not see.
+const MISSED: f64 = 1.0 / 96.0;
+
+/// The square of what they may miss at most of a pair, however much it may err by.
+const CLEARLY: f64 = 9e-4;
+
+/// The part of the nodes in the mean of both rules: what is quadratic is integrated exactly.
+const OF_NODES: f64 = 0.25;
+
+/// The error of that mean over the difference between them.
+const BY_NODES: f64 = 0.25;
 
 /// A closed surface is entered as often as it is left: what its fronts and its backs hide may
 /// differ by this for rounding.
@@ -93,6 +113,31 @@ impl Hidden {
         self.hidden += other.hidden;
         self.square_error += other.square_error;
     }
+
+    /// Whether the points agree that nearly all is hidden, or hardly anything, and what they may
+    /// have missed is more than an error of such a square.
+    fn may_miss(&self, allowed: f64) -> bool {
+        let agree = self.hidden.min(self.all - self.hidden) <= NEARLY_NONE * self.all;
+        agree && (MISSED * self.all).powi(2) > allowed
+    }
+
+    /// Takes in what is hidden from the nodes between the points.
+    fn correct(&mut self, nodes: &Self) {
+        let apart = self.all * nodes.hidden / nodes.all.max(f64::MIN_POSITIVE) - self.hidden;
+        if apart.abs() > NOISE * self.all {
+            self.hidden += OF_NODES * apart;
+            self.square_error += (BY_NODES * apart).powi(2);
+        }
+    }
+}
+
+/// Where points lie on a triangle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Rule {
+    /// In the middle of the 16 sub-triangles.
+    Centroids,
+    /// At their corners.
+    Nodes,
 }
 
 /// What is hidden of a pair by blockers. The points lie on the polygon that is farther from what
@@ -165,10 +210,14 @@ impl View<'_> {
             return;
         }
         self.buffers.target.closely = longest_edge(y) > small;
-        let local = self.of_points(x, y);
+        let mut local = self.of_points(x, y, Rule::Centroids);
         // Errors of parts are independent of each other: their squares add up.
         let all = PI * self.pair.exchange;
         let allowed = self.pair.tolerance.powi(2) * all * local.all;
+        let last = finer == 0 || local.square_error <= allowed;
+        if last && local.may_miss(allowed.min(CLEARLY * all * local.all)) {
+            local.correct(&self.of_points(x, y, Rule::Nodes));
+        }
         if finer > 0 && local.square_error > allowed && self.work < limit {
             self.look_at_quarters(x, y, (0, finer - 1), limit, hidden);
         } else {
@@ -191,11 +240,15 @@ impl View<'_> {
     }
 
     /// What is hidden of `y` from 16 points of `x`.
-    fn of_points(&mut self, x: [DVec3; 3], y: [DVec3; 3]) -> Hidden {
+    fn of_points(&mut self, x: [DVec3; 3], y: [DVec3; 3], rule: Rule) -> Hidden {
         let origin = middle(y);
         let target = &mut self.buffers.target;
         target.corners = y.map(|c| (c - origin).as_vec3());
-        let points = POINTS.map(|p| x[0] * p[0] + x[1] * p[1] + x[2] * p[2]);
+        let (points, shares) = match rule {
+            Rule::Centroids => (&POINTS, &[1.0; LANES]),
+            Rule::Nodes => (&NODES, &NODE_WEIGHTS),
+        };
+        let points = points.map(|p| x[0] * p[0] + x[1] * p[1] + x[2] * p[2]);
         for (l, p) in points.iter().enumerate() {
             for axis in 0..3 {
                 target.from[axis][l] = (p[axis] - origin[axis]) as f32;
@@ -206,7 +259,8 @@ impl View<'_> {
         aim(target, near.as_vec3(), far.as_vec3());
         let area = super::polygon::area(x);
         let mut found = self.fractions(origin, area);
-        let weights = self.buffers.target.weight.map(|w| f64::from(w) * area);
+        let weight = &self.buffers.target.weight;
+        let weights = std::array::from_fn(|l| f64::from(weight[l]) * area * shares[l]);
         let all: f64 = weights.iter().sum();
         let allowed = BY_OVERLAP * self.pair.tolerance * (PI * self.pair.exchange * all).sqrt();
         if self.overlaps_itself((&points, near), y, &found) {

@@ -1,4 +1,4 @@
-//! The 16 points that look from a triangle, and what is hidden from each.
+//! The points that look from a triangle, 16 at a time, and what is hidden from each.
 
 use crate::simd::LANES;
 
@@ -26,6 +26,43 @@ pub(super) const POINTS: [[f64; 3]; LANES] = {
         i += 1;
     }
     points
+};
+
+/// Nodes lie this fraction of the way from the triangle's rim to its centroid: what stands on a
+/// corner or an edge would be seen edge-on from there.
+const INSET: f64 = 1.0 / 256.0;
+
+/// The corners of the 16 sub-triangles, and once more the centroid.
+pub(super) const NODES: [[f64; 3]; LANES] = {
+    let mut nodes = [[1.0 / 3.0; 3]; LANES];
+    let (mut i, mut k) = (0, 0);
+    while i < 5 {
+        let mut j = 0;
+        while j < 5 - i {
+            let (u, v) = (i as f64 / 4.0, j as f64 / 4.0);
+            let mut c = 0;
+            while c < 3 {
+                let at = [1.0 - u - v, u, v][c];
+                nodes[k][c] = at + INSET * (1.0 / 3.0 - at);
+                c += 1;
+            }
+            k += 1;
+            j += 1;
+        }
+        i += 1;
+    }
+    nodes
+};
+
+/// The number of sub-triangles that meet at each node, over 3: the trapezoidal rule, of weight 16.
+pub(super) const NODE_WEIGHTS: [f64; LANES] = {
+    const CORNER: f64 = 1.0 / 3.0;
+    const EDGE: f64 = 1.0;
+    const INSIDE: f64 = 2.0;
+    [
+        CORNER, EDGE, EDGE, EDGE, CORNER, EDGE, INSIDE, INSIDE, EDGE, EDGE, INSIDE, EDGE, EDGE,
+        EDGE, CORNER, 0.0,
+    ]
 };
 
 /// The points that are the centroids of the triangle's quarters.
@@ -59,6 +96,19 @@ pub(super) fn uncertainty(found: &Fractions, weights: &[f64; LANES]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn nodes_integrate_what_is_linear() {
+        let area: f64 = NODE_WEIGHTS.iter().sum();
+        assert!((area - LANES as f64).abs() < 1e-12);
+        for c in 0..3 {
+            let mean = |w: f64| w / area;
+            let sum: f64 = NODES.iter().zip(NODE_WEIGHTS).map(|(p, w)| mean(w) * p[c]).sum();
+            assert!((sum - 1.0 / 3.0).abs() < 1e-12, "{sum}");
+        }
+        let corners = [0, 4, 14].map(|k| (NODES[k], NODE_WEIGHTS[k]));
+        assert!(corners.iter().all(|(p, w)| p.iter().any(|&b| b > 0.99) && *w < 0.4));
+    }
 
     #[test]
     fn four_points_are_the_centroids_of_the_quarters() {
