@@ -8,7 +8,7 @@
 //! ```
 //!
 //! These are the equations of a network of conductors, and are solved as such (A.K. Oppenheim 1956,
-//! "Radiation analysis by the network method", Trans. ASME 78, 725-735). Each [node](balance) has
+//! "Radiation analysis by the network method", Trans. ASME 78, 725-735). Each [node](HeatInput::node_of) has
 //! either a temperature or a heat that is supplied to it; one side of a face is a node of its own,
 //! and the two sides of a thin face share one. Sunlight is a second band of the same form, whose
 //! absorbed part is heat of the first. [`gebhart`] tells where what each side emits is absorbed.
@@ -19,12 +19,14 @@ mod error;
 mod exchange;
 mod gebhart;
 mod network;
+mod state;
 mod sunlight;
 
-pub use balance::{Condition, HeatBalance, HeatInput, SideHeat, SurfaceHeat, balance};
+pub use balance::balance;
 pub use error::HeatError;
 pub use exchange::Exchange;
 pub use gebhart::{Gebhart, gebhart};
+pub use state::{Condition, HeatBalance, HeatInput, SideHeat, SurfaceHeat};
 pub use sunlight::{Sunlight, Sunlit};
 
 /// The Stefan-Boltzmann constant, W/(m² K⁴) (CODATA 2018).

@@ -12,11 +12,11 @@
 
 use rayon::prelude::*;
 
-use super::balance::{Condition, HeatInput, SideHeat, over};
 use super::emissive_power;
 use super::error::HeatError;
 use super::exchange::{Exchange, added};
 use super::network::Network;
+use super::state::{Condition, HeatInput, SideHeat, over};
 use super::sunlight::Sunlit;
 use crate::engines::sampling::Random;
 use crate::progress::Progress;
