@@ -55,7 +55,8 @@ pub struct Heat {
     /// Let the sun shine from that azimuth (degrees clockwise from north, which is -z, or +y if z
     /// is up) and elevation (degrees), with that irradiance on what faces it, in W/m2
     #[arg(
-        long, value_name = "AZIMUTH,ELEVATION,W/m2", value_parser = sun_in_watts, allow_hyphen_values = true
+        long, value_name = "AZIMUTH,ELEVATION,W/m2", value_parser = sun_in_watts,
+        allow_hyphen_values = true
     )]
     pub sun: Option<SunArg>,
 

@@ -87,10 +87,8 @@ pub fn summary(args: &Heat, report: &MatrixReport, rows: &OfRows, found: &HeatBa
         found.imbalance
     ));
     if found.imbalance > MUCH_MISSING {
-        say(
-            "warning: more than 1e-9 of the energy is unaccounted for, as emissivities are so small \
-             that nearly all is reflected",
-        );
+        say("warning: more than 1e-9 of the energy is unaccounted for, as emissivities are so \
+             small that nearly all is reflected");
     }
     if (args.sun.is_some() || args.diffuse_sun.is_some()) && received == 0.0 {
         say(
