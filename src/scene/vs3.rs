@@ -62,6 +62,7 @@ pub(super) fn read(source: &Source<'_>, builder: &mut SceneBuilder) -> Result<Re
     let whole: Vec<Parts> = file.surfaces.iter().map(|p| Parts::new(&p.corners)).collect();
     let within = within(source, &file, &whole)?;
     let mut mesh = Mesh::new(builder);
+    let mut parts = 0;
     for (i, (polygon, inside)) in file.surfaces.iter().zip(&within).enumerate() {
         if whole[i].bend() > BENT {
             mesh.builder.finding(
@@ -77,7 +78,10 @@ pub(super) fn read(source: &Source<'_>, builder: &mut SceneBuilder) -> Result<Re
             continue;
         }
         let mut left = Parts::new(&polygon.corners);
-        inside.iter().for_each(|&hole| left.subtract(&whole[hole]));
+        let holes: Vec<&Parts> = inside.iter().map(|&hole| &whole[hole]).collect();
+        let most = |parts| source.check_size(parts, "parts", || Place::Line(polygon.line));
+        left.subtract(&holes, |more| most(parts + more))?;
+        parts += left.convex.len();
         if left.convex.is_empty() && polygon.face.is_some() {
             let problem = format!("surface {} is wholly taken up by what lies in it", i + 1);
             let remedy = "leave it out, and give 0 as the base surface of what lies in it";

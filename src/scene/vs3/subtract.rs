@@ -51,7 +51,7 @@ impl Parts {
         let o = corners[0];
         let pairs = corners.iter().zip(corners.iter().cycle().skip(1));
         let normal = pairs.map(|(a, b)| (a - o).cross(b - o)).sum::<DVec3>().normalize_or_zero();
-        let centre = corners.iter().sum::<DVec3>() / corners.len() as f64;
+        let centre = mean(corners);
         let size = corners.iter().map(|c| c.distance(centre)).fold(0.0, f64::max);
         let convex = match is_convex(corners, normal) {
             true => vec![corners.to_vec()],
@@ -80,45 +80,142 @@ impl Parts {
         if hole.normal.dot(self.normal) < ALIKE {
             return Err(Misfit::Facing);
         }
-        let shared = self.convex.iter().flat_map(|a| {
-            hole.convex.iter().map(|b| {
-                let inside = (0..b.len()).fold(a.clone(), |left, k| self.side(&left, b, k, 1.0));
-                area(&inside, self.normal)
-            })
-        });
+        let shared = self
+            .convex
+            .iter()
+            .flat_map(|a| hole.convex.iter().map(|b| area(&self.within(a, b), self.normal)));
         let within = shared.sum::<f64>() >= (1.0 - BEYOND) * hole.area;
         if within { Ok(()) } else { Err(Misfit::Outline) }
     }
 
-    /// Takes a polygon away: of each part, what lies beyond each of its edges and within those
-    /// before.
-    pub fn subtract(&mut self, hole: &Self) {
-        for b in &hole.convex {
-            let mut left = Vec::new();
-            for part in std::mem::take(&mut self.convex) {
-                let mut rest = part;
-                for k in 0..b.len() {
-                    left.push(self.side(&rest, b, k, -1.0));
-                    rest = self.side(&rest, b, k, 1.0);
-                }
+    /// Takes polygons away that lie in this one. A part that one of them takes up in part is cut in
+    /// two along one of its edges, the one that cuts through the fewest of the others and lies along
+    /// the most, until each part is either free or taken up. `check` hears how many parts there are.
+    ///
+    /// # Errors
+    /// Those of `check`.
+    pub fn subtract<E>(
+        &mut self,
+        holes: &[&Self],
+        check: impl Fn(usize) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let holes: Vec<Hole<'_>> =
+            holes.iter().flat_map(|hole| &hole.convex).map(|b| Hole::new(b)).collect();
+        let all: Vec<usize> = (0..holes.len()).collect();
+        let mut cells: Vec<_> = self.convex.drain(..).map(|part| (part, all.clone())).collect();
+        let mut left = Vec::new();
+        let sliver = SLIVER * self.area;
+        while let Some((cell, mut near)) = cells.pop() {
+            check(left.len() + cells.len())?;
+            let whole = area(&cell, self.normal);
+            if whole <= sliver {
+                continue;
             }
-            left.retain(|part| area(part, self.normal) > SLIVER * self.area);
-            self.convex = left;
+            let bounds = bounds(&cell);
+            let mut taken = false;
+            near.retain(|&i| {
+                let inside = match holes[i].meets(bounds, IN_PLANE * self.size) {
+                    true => area(&self.within(&cell, holes[i].corners), self.normal),
+                    false => 0.0,
+                };
+                taken |= inside >= whole - sliver;
+                inside > sliver
+            });
+            match self.best_cut(&cell, &holes, &near) {
+                _ if taken => {}
+                Some((b, k)) => {
+                    for sign in [-1.0, 1.0] {
+                        cells.push((self.side(&cell, b, k, sign), near.clone()));
+                    }
+                }
+                None => left.push(cell),
+            }
         }
+        self.convex = left;
+        Ok(())
+    }
+
+    /// Of the hole that is nearest to the middle of a part, so that the others are shared out, the
+    /// edge that divides the part and cuts through the fewest holes. `None` if there is none.
+    fn best_cut<'a>(
+        &self,
+        cell: &[DVec3],
+        holes: &[Hole<'a>],
+        near: &[usize],
+    ) -> Option<(&'a [DVec3], usize)> {
+        let middle = mean(cell);
+        let distance = |i: usize| holes[i].centre.distance_squared(middle);
+        let b = near.iter().copied().min_by(|&i, &j| distance(i).total_cmp(&distance(j)))?;
+        let b = holes[b].corners;
+        // What no hole takes up is spread over the sides beyond its edges.
+        let least = SLIVER * self.area / b.len() as f64;
+        let divides = |&k: &usize| {
+            let beyond = area(&self.side(cell, b, k, -1.0), self.normal);
+            beyond > least && beyond < area(cell, self.normal) - least
+        };
+        // How many holes it cuts through, then how many it does not lie along.
+        let cost = |&k: &usize| {
+            let (mut through, mut apart) = (0, 0);
+            for &i in near {
+                let heights = holes[i].corners.iter().map(|&p| self.height(p, b, k));
+                through += usize::from(
+                    heights.clone().any(|h| h < 0.0) && heights.clone().any(|h| h > 0.0),
+                );
+                apart += usize::from(heights.filter(|h| *h == 0.0).count() < 2);
+            }
+            (through, apart)
+        };
+        (0..b.len()).filter(divides).min_by_key(cost).map(|k| (b, k))
+    }
+
+    /// What of a convex part lies within another.
+    fn within(&self, part: &[DVec3], b: &[DVec3]) -> Vec<DVec3> {
+        (0..b.len()).fold(part.to_vec(), |left, k| self.side(&left, b, k, 1.0))
+    }
+
+    /// How far within edge `k` of a convex part a point lies; 0 on it.
+    fn height(&self, p: DVec3, b: &[DVec3], k: usize) -> f64 {
+        let (from, to) = (b[k], b[(k + 1) % b.len()]);
+        let h = self.normal.cross(to - from).normalize_or_zero().dot(p - from);
+        if h.abs() <= ON_EDGE * self.size { 0.0 } else { h }
     }
 
     /// What of a convex part lies within edge `k` of another (`sign` 1), or beyond it (-1).
     fn side(&self, part: &[DVec3], b: &[DVec3], k: usize, sign: f64) -> Vec<DVec3> {
-        let (from, to) = (b[k], b[(k + 1) % b.len()]);
-        let inwards = self.normal.cross(to - from).normalize_or_zero() * sign;
-        let height = |p: DVec3| {
-            let h = inwards.dot(p - from);
-            if h.abs() <= ON_EDGE * self.size { 0.0 } else { h }
-        };
         let mut found = Vec::new();
-        clip(part, height, |p| found.push(p));
+        clip(part, |p| sign * self.height(p, b, k), |p| found.push(p));
         found
     }
+}
+
+/// A convex part of a polygon that is taken away.
+struct Hole<'a> {
+    corners: &'a [DVec3],
+    centre: DVec3,
+    bounds: [DVec3; 2],
+}
+
+impl<'a> Hole<'a> {
+    fn new(corners: &'a [DVec3]) -> Self {
+        Self { corners, centre: mean(corners), bounds: bounds(corners) }
+    }
+
+    /// Whether the boxes round it and round a part come nearer to each other than `margin`.
+    fn meets(&self, [low, high]: [DVec3; 2], margin: f64) -> bool {
+        let [l, h] = self.bounds;
+        (l - margin).cmple(high).all() && (h + margin).cmpge(low).all()
+    }
+}
+
+fn mean(corners: &[DVec3]) -> DVec3 {
+    corners.iter().sum::<DVec3>() / corners.len() as f64
+}
+
+/// Least and largest coordinates.
+fn bounds(corners: &[DVec3]) -> [DVec3; 2] {
+    let all =
+        |of: fn(DVec3, DVec3) -> DVec3| corners.iter().copied().reduce(of).unwrap_or_default();
+    [all(DVec3::min), all(DVec3::max)]
 }
 
 fn is_convex(corners: &[DVec3], normal: DVec3) -> bool {
@@ -149,19 +246,57 @@ mod tests {
         parts.convex.iter().map(|p| area(p, parts.normal)).sum()
     }
 
+    fn take(parts: &mut Parts, holes: &[Parts]) {
+        let holes: Vec<&Parts> = holes.iter().collect();
+        parts.subtract(&holes, |_| Ok::<(), ()>(())).unwrap();
+    }
+
     #[test]
     fn a_window_leaves_a_frame_of_few_parts() {
         let mut wall = rectangle([0.0, 0.0], [4.0, 3.0]);
         let window = rectangle([1.0, 1.0], [2.0, 2.0]);
         assert_eq!(wall.holds(&window), Ok(()));
-        wall.subtract(&window);
+        take(&mut wall, &[window]);
         assert_eq!(wall.convex.len(), 4);
         assert!((left(&wall) - 11.0).abs() < 1e-12);
         // A door at the edge of the wall leaves three more parts at most.
-        wall.subtract(&rectangle([3.0, 0.0], [4.0, 2.0]));
+        take(&mut wall, &[rectangle([3.0, 0.0], [4.0, 2.0])]);
         assert!((left(&wall) - 9.0).abs() < 1e-9 && wall.convex.len() <= 7, "{wall:?}");
-        wall.subtract(&rectangle([0.0, 0.0], [4.0, 3.0]));
+        take(&mut wall, &[rectangle([0.0, 0.0], [4.0, 3.0])]);
         assert!(wall.convex.is_empty());
+    }
+
+    #[test]
+    fn many_windows_leave_few_parts() {
+        for n in [10, 20] {
+            // Each row is shifted by half a window, or by some of it.
+            for shift in [0.0, 0.5, 0.29] {
+                let window = |i: usize| {
+                    let (row, column) = (i / n, (i % n) as f64);
+                    let at = [1.2 * column + (shift * row as f64).fract(), 1.3 * row as f64];
+                    rectangle([at[0] + 0.1, at[1] + 0.1], [at[0] + 1.1, at[1] + 1.1])
+                };
+                let (width, height) = (1.2 * n as f64 + 1.0, 1.3 * n as f64);
+                let mut wall = rectangle([0.0, 0.0], [width, height]);
+                let windows: Vec<Parts> = (0..n * n).map(window).collect();
+                assert!(windows.iter().all(|w| wall.holds(w) == Ok(())));
+                take(&mut wall, &windows);
+                let rest = width * height - (n * n) as f64;
+                assert!((left(&wall) - rest).abs() < 1e-6 * rest, "{}", left(&wall) - rest);
+                let most = (n + 1) * (n + 1) + n;
+                assert!(wall.convex.len() <= most, "{n} {shift}: {}", wall.convex.len());
+            }
+        }
+    }
+
+    #[test]
+    fn windows_may_overlap_and_their_number_is_checked() {
+        let mut wall = rectangle([0.0, 0.0], [4.0, 3.0]);
+        let [a, b] = [[1.0, 1.0], [1.5, 1.5]].map(|[x, y]| rectangle([x, y], [x + 1.0, y + 1.0]));
+        wall.subtract(&[&a, &b, &b], |_| Ok::<(), ()>(())).unwrap();
+        assert!((left(&wall) - (12.0 - 1.75)).abs() < 1e-9);
+        let mut wall = rectangle([0.0, 0.0], [4.0, 3.0]);
+        assert_eq!(wall.subtract(&[&a], |n| if n > 2 { Err(n) } else { Ok(()) }), Err(3));
     }
 
     #[test]
@@ -173,7 +308,7 @@ mod tests {
         let hole =
             Parts::new(&[[0.2, 0.2], [0.6, 0.2], [0.2, 0.6]].map(|[x, y]| DVec3::new(x, y, 0.0)));
         assert_eq!(parts.holds(&hole), Ok(()));
-        parts.subtract(&hole);
+        take(&mut parts, &[hole]);
         assert!((left(&parts) - 3.92).abs() < 1e-12);
         let beyond =
             Parts::new(&[[1.0, 0.5], [2.0, 1.5], [1.0, 1.5]].map(|[x, y]| DVec3::new(x, y, 0.0)));

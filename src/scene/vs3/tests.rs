@@ -166,6 +166,27 @@ fn surfaces_back_to_back_both_take_part() {
 }
 
 #[test]
+fn many_windows_are_read_in_no_time() {
+    let n = 30;
+    let mut text = format!("V 1 0 0 0\nV 2 {0} 0 0\nV 3 {0} 0 {0}\nV 4 0 0 {0}\n", 2 * n + 1);
+    let mut windows = String::from("S 1 1 2 3 4 0 0 .9 wall\n");
+    for k in 0..n * n {
+        let (row, at) = (k / n, 5 + 4 * k);
+        let [x, z] = [2.0 * (k % n) as f64 + 0.2 + 0.3 * (row % 3) as f64, 2.0 * row as f64 + 0.5];
+        for (c, [u, v]) in (at..).zip([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]) {
+            text += &format!("V {c} {} 0 {}\n", x + u, z + v);
+        }
+        let [a, b, c, d] = [0, 1, 2, 3].map(|i| at + i);
+        windows += &format!("S {} {a} {b} {c} {d} 1 0 .5 w\n", k + 2);
+    }
+    let task = read(&(text + &windows)).unwrap();
+    let wall = task.scene.geometry.surface_of.iter().filter(|s| **s == 0).count();
+    assert!(wall <= 2 * (n + 1) * (n + 2), "{wall}");
+    let size = (2 * n + 1) as f64;
+    assert!((areas(&task)[0] - (size * size - (n * n) as f64)).abs() < 1e-6);
+}
+
+#[test]
 fn doubts_are_said() {
     let said = |text: &str| {
         let found = read(text).unwrap().scene.findings.into_iter();
