@@ -253,7 +253,8 @@ pub fn position_key(v: DVec3) -> [u64; 3] {
     v.to_array().map(|x| (x + 0.0).to_bits())
 }
 
-fn is_degenerate([a, b, c]: [DVec3; 3]) -> bool {
+/// Whether a triangle has no area to speak of.
+pub(super) fn is_degenerate([a, b, c]: [DVec3; 3]) -> bool {
     let longest2 =
         (b - a).length_squared().max((c - b).length_squared()).max((a - c).length_squared());
     let double_area = (b - a).cross(c - a).length();

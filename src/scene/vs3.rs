@@ -7,21 +7,24 @@
 //! clamped.
 //!
 //! # Deviations
-//! Quadrilaterals may have dents. Mask and null surfaces are refused.
+//! Quadrilaterals may have dents, and need not be plane. Mask and null surfaces are refused, and so
+//! are emittances that are not from 0 to 1.
 
 mod control;
 mod parse;
+mod shape;
 mod subtract;
 #[cfg(test)]
 mod tests;
 mod words;
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 
 use glam::DVec3;
 
 use super::builder::SceneBuilder;
-use super::geometry::{Sides, Surface, position_key};
+use super::geometry::{Sides, Surface, is_degenerate, position_key};
 use super::hash::Mixed;
 use super::optics::Material;
 use super::polygon::triangulate;
@@ -59,6 +62,9 @@ const BENT: f64 = 3e-6;
 /// Reads a View3D file.
 pub(super) fn read(source: &Source<'_>, builder: &mut SceneBuilder) -> Result<Read, ImportError> {
     let file = parse::parse(source, builder)?;
+    for (number, polygon) in (1..).zip(&file.surfaces) {
+        shape::check(source, number, polygon)?;
+    }
     let whole: Vec<Parts> = file.surfaces.iter().map(|p| Parts::new(&p.corners)).collect();
     let within = within(source, &file, &whole)?;
     let mut mesh = Mesh::new(builder);
@@ -67,7 +73,7 @@ pub(super) fn read(source: &Source<'_>, builder: &mut SceneBuilder) -> Result<Re
         if whole[i].bend() > BENT {
             mesh.builder.finding(
                 Severity::Warning,
-                format!("surface {}", i + 1),
+                format!("line {}", polygon.line),
                 "its corners are not in one plane; it is folded along a diagonal",
                 "divide it into triangles",
             );
@@ -75,6 +81,7 @@ pub(super) fn read(source: &Source<'_>, builder: &mut SceneBuilder) -> Result<Re
         mesh.begin(i, polygon);
         if inside.is_empty() {
             mesh.polygon(&polygon.corners);
+            mesh.end(polygon);
             continue;
         }
         let mut left = Parts::new(&polygon.corners);
@@ -88,6 +95,7 @@ pub(super) fn read(source: &Source<'_>, builder: &mut SceneBuilder) -> Result<Re
             return Err(source.malformed(Place::Line(polygon.line), problem, remedy));
         }
         left.convex.iter().for_each(|part| mesh.polygon(part));
+        mesh.end(polygon);
     }
     let (title, control) = (file.title, file.control);
     let surfaces = file.surfaces.into_iter().zip(whole).filter_map(|(polygon, parts)| {
@@ -130,14 +138,25 @@ fn within(
     Ok(within)
 }
 
+/// What is wrong with triangles of a surface.
+#[derive(Default)]
+struct Flaws {
+    /// They are those of an earlier surface.
+    repeated: bool,
+    /// Their normals are rounding.
+    thin: bool,
+}
+
 /// Adds triangles to a scene.
 struct Mesh<'a> {
     builder: &'a mut SceneBuilder,
     vertices: HashMap<[u64; 3], u32, Mixed>,
     /// By the bits of their emittance; obstructions have none.
     materials: HashMap<Option<u64>, u32>,
-    /// Triangles that exchange radiation, from their least vertex on.
-    known: HashSet<[u32; 3]>,
+    /// Triangles that exchange radiation, from their least vertex on, and whether they were halved.
+    known: HashMap<[u32; 3], bool>,
+    /// Why triangles of the surface exchange nothing.
+    flaws: Flaws,
     surface: u32,
     material: u32,
     sides: Sides,
@@ -149,7 +168,8 @@ impl<'a> Mesh<'a> {
             builder,
             vertices: HashMap::default(),
             materials: HashMap::new(),
-            known: HashSet::new(),
+            known: HashMap::new(),
+            flaws: Flaws::default(),
             surface: 0,
             material: 0,
             sides: Sides::None,
@@ -171,6 +191,27 @@ impl<'a> Mesh<'a> {
         let name = face.map_or_else(|| format!("obstruction {}", index + 1), |f| f.name.clone());
         self.surface = builder.surface(Surface { name, node: 0, primitive: 0 });
         self.sides = if face.is_some() { Sides::One } else { Sides::None };
+        self.flaws = Flaws::default();
+    }
+
+    /// Says what of the surface exchanges nothing.
+    fn end(&mut self, polygon: &Polygon) {
+        let mut warn = |message: &str, remedy: &str| {
+            let place = format!("line {}", polygon.line);
+            self.builder.finding(Severity::Warning, place, message, remedy);
+        };
+        if self.flaws.repeated {
+            warn(
+                "is an earlier surface again, or a part of one; it exchanges nothing there",
+                "leave it out, or turn its vertices round if it faces the other way",
+            );
+        }
+        if self.flaws.thin {
+            warn(
+                "is so thin, or a part of it, that it exchanges nothing there",
+                "leave it out, or join it to its neighbour",
+            );
+        }
     }
 
     fn vertex(&mut self, position: DVec3) -> u32 {
@@ -179,16 +220,31 @@ impl<'a> Mesh<'a> {
     }
 
     fn polygon(&mut self, corners: &[DVec3]) {
-        for triangle in triangulate(corners).0 {
+        // From its least vertex on, so that the same surface has the same triangles.
+        let numbers = corners.iter().map(|&c| self.vertex(c));
+        let mut corners: Vec<(u32, DVec3)> = numbers.zip(corners.iter().copied()).collect();
+        let least = corners.iter().enumerate().min_by_key(|(_, c)| c.0).map_or(0, |(i, _)| i);
+        corners.rotate_left(least);
+        let (numbers, corners): (Vec<u32>, Vec<DVec3>) = corners.into_iter().unzip();
+        for triangle in triangulate(&corners).0 {
+            let vertices = triangle.map(|i| numbers[i]);
             let corners = triangle.map(|i| corners[i]);
-            let vertices = corners.map(|c| self.vertex(c));
-            if self.sides == Sides::One && !self.known.insert(from_least(vertices)) {
-                // One of two like triangles is flagged as a duplicate.
+            if self.sides != Sides::One {
                 self.triangle(vertices);
                 continue;
             }
+            self.flaws.thin |= is_degenerate(corners);
             let [a, b, c] = vertices;
-            if self.sides == Sides::One && self.known.contains(&from_least([a, c, b])) {
+            let sheet = self.known.contains_key(&from_least([a, c, b]));
+            let halved = match self.known.entry(from_least(vertices)) {
+                // Flagged as a duplicate if it is cut as the first is.
+                Entry::Occupied(first) => {
+                    self.flaws.repeated = true;
+                    *first.get()
+                }
+                Entry::Vacant(new) => *new.insert(sheet),
+            };
+            if halved {
                 self.halves(corners, vertices);
             } else {
                 self.triangle(vertices);

@@ -230,14 +230,19 @@ impl Parser<'_> {
         let base = line.whole(source, "the base surface", remedy)?.checked_sub(1);
         let combined = line.whole(source, "the surface to combine with", remedy)?.checked_sub(1);
         let given = line.number(source, "the emittance", remedy)?;
+        let range = format!("give emittances from {LEAST} to {MOST}");
+        if !(0.0..=1.0).contains(&given) {
+            let problem = format!("the emittance {given} of surface {number} is not from 0 to 1");
+            return Err(line.wrong(source, problem, &range));
+        }
         let emittance = given.clamp(LEAST, MOST);
         if emittance != given {
-            let (range, limit) = if given < LEAST { ("below", LEAST) } else { ("above", MOST) };
+            let (beyond, limit) = if given < LEAST { ("below", LEAST) } else { ("above", MOST) };
             self.builder.finding(
                 Severity::Warning,
-                format!("surface {number}"),
-                format!("its emittance is {range} {limit}, which is taken instead"),
-                format!("give emittances from {LEAST} to {MOST}"),
+                format!("line {}", line.line),
+                format!("its emittance is {beyond} {limit}, which is taken instead"),
+                range,
             );
         }
         let name = match line.rest() {
@@ -372,7 +377,7 @@ impl Parser<'_> {
             if whole.is_some_and(|whole| whole.emittance != face.emittance) {
                 self.builder.finding(
                     Severity::Warning,
-                    format!("surface {}", i + 1),
+                    format!("line {}", polygon.line),
                     "is combined with one of another emittance, which counts",
                     "combine surfaces of one emittance",
                 );

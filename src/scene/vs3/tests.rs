@@ -163,6 +163,46 @@ fn surfaces_back_to_back_both_take_part() {
     assert!(task.scene.geometry.state.iter().all(|s| *s == TriangleState::Solid));
     let task = read(&format!("{CUBE}S 1 1 2 3 0 0 0 .9 a\nS 2 2 3 1 0 0 0 .9 b\n")).unwrap();
     assert_eq!(task.scene.geometry.state[1], TriangleState::Duplicate);
+    // The same from another vertex on.
+    let task = read(&format!("{CUBE}S 1 1 2 3 4 0 0 .9 a\nS 2 4 1 2 3 0 0 .9 b\n")).unwrap();
+    assert_eq!(task.scene.geometry.state[2..], [TriangleState::Duplicate; 2]);
+    // The sides of a sheet, and each again.
+    let sheet = ["1 2 3", "3 2 1", "3 1 2", "2 1 3"];
+    let sheet: String =
+        (1..).zip(sheet).map(|(k, v)| format!("S {k} {v} 0 0 0 .9 {k}\n")).collect();
+    let task = read(&format!("{CUBE}{sheet}")).unwrap();
+    assert_close(&areas(&task), &[0.5; 4]);
+    let (solid, again) = (TriangleState::Solid, TriangleState::Duplicate);
+    assert_eq!(task.scene.geometry.state, [solid, solid, solid, again, again, again]);
+    let finding = &task.scene.findings[0];
+    assert_eq!((finding.severity, &*finding.place), (Severity::Warning, "line 11, line 12"));
+    assert!(finding.message.starts_with("is an earlier surface again"), "{finding:?}");
+}
+
+#[test]
+fn what_is_no_surface_is_refused() {
+    let more = "V 9 2 0 0\nV 10 .5 0 0\nV 11 0 0 0\n";
+    for (surface, part) in [
+        ("S 1 1 2 2 0 0 0 .9 f", "line 12: corners 2 and 3 of surface 1 are at one place; name"),
+        ("S 1 1 1 1 1 0 0 .9 f", "line 12: corners 1 and 2 of surface 1"),
+        ("S 1 5 5 7 8 0 0 .9 f", "line 12: corners 1 and 2 of surface 1"),
+        ("S 1 1 2 3 11 0 0 .9 f", "line 12: corners 1 and 4 of surface 1"),
+        ("S 1 5 7 6 8 0 0 .9 f", "line 12: the edges of surface 1 cross each other; name"),
+        ("S 1 1 9 2 3 0 0 .9 f", "line 12: the edges of surface 1 cross"),
+        ("S 1 1 2 9 0 0 0 .9 f", "line 12: surface 1 has no area: its corners are on one line"),
+        ("S 1 1 2 3 4 0 0 .9 f\nO 2 5 6 5 0", "line 13: corners 1 and 3 of surface 2"),
+        ("S 1 1 2 3 4 0 0 .9 f\nO 2 1 2 9 0", "line 13: surface 2 has no area"),
+    ] {
+        refused(&format!("{more}{surface}\n"), &[part]);
+    }
+    let message = read("F 3a\nS 1 R 0 0 .9 f\n 0 0 0 0 90 1 0\n").unwrap_err();
+    assert!(message.contains("line 2: corners 1 and 2 of surface 1 are at one"), "{message}");
+    // A corner on an edge, and a needle as solids have them, are none of this.
+    assert!(read(&format!("{CUBE}{more}S 1 1 2 9 4 0 0 .9 f\n")).is_ok());
+    let needle = read(&format!("{CUBE}V 9 .5 1e-9 0\nS 1 1 2 9 0 0 0 .9 f\n")).unwrap();
+    let finding = &needle.scene.findings[0];
+    assert_eq!((finding.severity, &*finding.place), (Severity::Warning, "line 10"));
+    assert!(finding.message.starts_with("is so thin"), "{finding:?}");
 }
 
 #[test]
@@ -193,15 +233,16 @@ fn doubts_are_said() {
         let warnings = found.filter(|f| f.severity == Severity::Warning);
         warnings.map(|f| format!("{}: {}", f.place, f.message)).collect::<Vec<_>>()
     };
-    let floors: String = (1..=6).map(|k| format!("S {k} 1 2 3 4 0 0 0 {k}f\n")).collect();
+    let sides = ["1 2 3 4", "8 7 6 5", "1 5 6 2", "4 3 7 8", "1 4 8 5", "2 6 7 3"];
+    let floors: String = (1..).zip(sides).map(|(k, v)| format!("S {k} {v} 0 0 0 {k}f\n")).collect();
     assert_eq!(
         said(&format!("{CUBE}{floors}")),
-        ["surface 1, surface 2, surface 3, surface 4 and 2 more: its emittance is below 0.001, \
+        ["line 9, line 10, line 11, line 12 and 2 more: its emittance is below 0.001, \
              which is taken instead"]
     );
     let bright = read(&format!("{CUBE}S 1 1 2 3 4 0 0 1.0 f\n")).unwrap();
     assert_eq!(bright.surfaces[0].emittance, 0.999);
-    assert_eq!(said(&format!("{CUBE}S 1 1 2 3 4 0 0 .999 f\nS 2 1 2 3 0 0 0 .001 f\n")).len(), 0);
+    assert_eq!(said(&format!("{CUBE}S 1 1 2 3 4 0 0 .999 f\nS 2 5 6 7 0 0 0 .001 f\n")).len(), 0);
     let control = said(&format!("C foo=3 encl=1 bar list=1\n{CUBE}S 1 1 2 3 4 0 0 .9 f\n"));
     assert_eq!(
         control,
@@ -216,10 +257,10 @@ fn doubts_are_said() {
         unknown[0].starts_with("line 9: begins with `W`") && unknown[0].contains("2 such lines")
     );
     let bent = said(&format!("{CUBE}V 9 1 1 .01\nS 1 1 2 9 4 0 0 .9 f\n"));
-    assert!(bent[0].starts_with("surface 1: its corners are not in one plane"), "{bent:?}");
+    assert!(bent[0].starts_with("line 10: its corners are not in one plane"), "{bent:?}");
     let mixed = said(&format!("{CUBE}S 1 1 2 3 0 0 0 .9 f\nS 2 1 3 4 0 0 1 .5 f\n"));
     assert!(
-        mixed[0].starts_with("surface 2: is combined with one of another emittance"),
+        mixed[0].starts_with("line 10: is combined with one of another emittance"),
         "{mixed:?}"
     );
 }
@@ -244,6 +285,8 @@ fn errors_name_the_line_and_what_to_do() {
         ("S 1 1 2 3 4 0", &["line 9: the surface to combine with is missing", s]),
         ("S 1 1 2 3 4 0 0", &["line 9: the emittance is missing", s]),
         ("S 1 1 2 3 4 0 0 f", &["line 9: `f` is not a finite number"]),
+        ("S 1 1 2 3 4 0 0 -1 f", &["line 9: the emittance -1 of surface 1 is not from 0 to 1; g"]),
+        ("S 1 1 2 3 4 0 0 2 f", &["line 9: the emittance 2", "from 0.001 to 0.999"]),
         ("S 1 1 2 3 4 0 0 nan f", &["line 9: `nan` is not a finite number"]),
         ("S 1 1 2 3 4 -1 0 .9 f", &["line 9: the base surface", "not `-1`"]),
         ("S 1 1 2 3 0 0 .9 floor", &["line 9: a triangle lacks the 0", "v3 0 base cmb"]),
