@@ -27,11 +27,15 @@ pub use solve::Solve;
 pub use values::{MOST_RADIANCE, size, vector};
 use values::{camera, exposure, point_rays, range, threads};
 pub use view::View;
-pub use view3d::{View3d, called_view3d};
+pub use view3d::View3d;
 
 /// Reads the command line; ends the program where it says what is wrong or shows help.
 pub fn read(arguments: &[OsString]) -> Result<Arguments, String> {
-    match Arguments::try_parse_from(arguments) {
+    let read = match view3d::called_view3d(arguments) {
+        Some(read) => read.map(|v| Arguments { command: Command::View3d(Box::new(v)) }),
+        None => Arguments::try_parse_from(arguments),
+    };
+    match read {
         Ok(arguments) => Ok(arguments),
         Err(error) if error.kind() == ErrorKind::InvalidUtf8 => {
             let no_text = arguments.iter().find(|a| a.to_str().is_none());

@@ -33,7 +33,7 @@ use args::{Arguments, Command};
 use failure::Failure;
 
 fn main() -> ExitCode {
-    let arguments = args::called_view3d(args::with_group(std::env::args_os()));
+    let arguments = args::with_group(std::env::args_os());
     let result = args::read(&arguments).map_err(Failure::Input).and_then(|read| run(&read));
     let printed = terminal::finish_printing();
     let printed = printed.map_err(|e| Failure::Failed(format!("cannot write stdout: {e}")));

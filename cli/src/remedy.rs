@@ -149,20 +149,21 @@ pub fn of_matrix(error: &MatrixError, closed: bool) -> String {
 }
 
 /// About the matrix of a View3D file that was not made.
-pub fn of_view3d(error: &MatrixError) -> String {
+pub fn of_view3d(error: &MatrixError) -> &'static str {
     match error {
         MatrixError::InsideOut => {
-            "; write vertices counter-clockwise as seen from inside, or encl=0".to_owned()
+            "; write vertices counter-clockwise as seen from inside, or encl=0"
         }
         MatrixError::Open(_) => {
             "; close the gaps, turn the surfaces round that are seen from behind, or write encl=0"
-                .to_owned()
         }
-        MatrixError::Stalled(_) => "; write encl=0".to_owned(),
-        MatrixError::Memory { .. } => {
-            "; allow more with --memory, or use fewer surfaces".to_owned()
+        MatrixError::Stalled(_) => "; write encl=0",
+        MatrixError::Memory { .. }
+        | MatrixError::Sink(SinkError::Memory { .. } | SinkError::Allocation(_)) => {
+            "; allow more with --memory, or use fewer surfaces"
         }
-        other => of_matrix(other, false),
+        MatrixError::Patches(PatchesError::TooMany { .. }) => "; use fewer surfaces",
+        _ => "",
     }
 }
 

@@ -3,8 +3,9 @@
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-use clap::Args;
+use clap::{Args, CommandFactory, Error, FromArgMatches};
 
+use super::Arguments;
 use super::run::Run;
 use super::values::percent;
 
@@ -42,13 +43,14 @@ pub struct View3d {
 /// The name of the command, and of the program that it stands in for.
 const NAME: &str = "view3d";
 
-/// Puts the command where the program itself is called by its name.
-pub fn called_view3d(mut arguments: Vec<OsString>) -> Vec<OsString> {
+/// The command alone, where the program itself is called by its name; `None` where it is not.
+pub fn called_view3d(arguments: &[OsString]) -> Option<Result<View3d, Error>> {
     let stem = arguments.first().and_then(|program| Path::new(program).file_stem());
-    if stem.is_some_and(|stem| stem.eq_ignore_ascii_case(NAME)) {
-        arguments.insert(1, NAME.into());
-    }
-    arguments
+    stem.filter(|stem| stem.eq_ignore_ascii_case(NAME))?;
+    let command = Arguments::command().find_subcommand(NAME)?.clone();
+    let command = command.version(env!("CARGO_PKG_VERSION"));
+    let matches = command.try_get_matches_from(arguments);
+    Some(matches.and_then(|matches| View3d::from_arg_matches(&matches)))
 }
 
 #[cfg(test)]
@@ -57,13 +59,24 @@ mod tests {
 
     #[test]
     fn the_name_of_the_program_is_the_command() {
-        let called = |program: &str| called_view3d(vec![program.into(), "in.vs3".into()]);
+        let called = |program: &str| called_view3d(&[program, "in.vs3", "out"].map(OsString::from));
         for program in ["view3d", "View3D", "/opt/bin/VIEW3D", "./view3d.exe", "View3D.EXE"] {
-            assert_eq!(called(program)[1..], ["view3d", "in.vs3"], "{program}");
+            let read = called(program).unwrap().unwrap();
+            assert_eq!((read.input, read.output), ("in.vs3".into(), "out".into()), "{program}");
         }
         for program in ["hemicube", "/view3d/hemicube", "view3dn", ""] {
-            assert_eq!(called(program)[1..], ["in.vs3"], "{program}");
+            assert!(called(program).is_none(), "{program}");
         }
-        assert!(called_view3d(Vec::new()).is_empty());
+        assert!(called_view3d(&[]).is_none());
+    }
+
+    #[test]
+    fn its_usage_names_it_once() {
+        let usage = called_view3d(&["/opt/view3d".into()]).unwrap().unwrap_err().to_string();
+        assert!(usage.contains("Usage: view3d <INPUT> <OUTPUT>"), "{usage}");
+        let help = ["view3d", "--help"].map(OsString::from);
+        let help = called_view3d(&help).unwrap().unwrap_err().to_string();
+        assert!(help.contains("Usage: view3d [OPTIONS] <INPUT> <OUTPUT>"), "{help}");
+        assert!(help.contains(EXAMPLES), "{help}");
     }
 }
