@@ -55,7 +55,8 @@ pub fn run(args: &View3d) -> Result<(), Failure> {
         let centre = |i: usize| task.surfaces[i].centre;
         surfaces.keep(|i, j| centre(i).distance(centre(j)) <= most);
     }
-    let rows = finish(args, &task, &surfaces, options.memory, &bar)?;
+    let areas = areas(&task, &surfaces);
+    let rows = finish(args, &task, &surfaces, &areas, options.memory, &bar)?;
     bar.finish();
     let seconds = start.elapsed().as_secs_f64();
     let report = &mut matrix.report;
@@ -74,7 +75,7 @@ pub fn run(args: &View3d) -> Result<(), Failure> {
             factors_say::report(&matrix.report, true);
         }
         if task.control.list > 0 {
-            list(&task, &rows);
+            list(&task, &rows, &areas);
         }
         let promised = args.error.unwrap_or_else(|| promised(&task));
         let stated = matrix.report.pairs.map(|pairs| pairs.error);
@@ -120,12 +121,30 @@ fn check(args: &View3d, task: &Task) -> Result<(), Failure> {
     Ok(())
 }
 
+/// Area of each row once surfaces are combined, with that of triangles that exchange nothing: those
+/// of a surface that is given again.
+fn areas(task: &Task, surfaces: &Lumped) -> Vec<f64> {
+    let (geometry, rows) = (&task.scene.geometry, task.rows());
+    let mut areas = vec![0.0; rows.iter().max().map_or(0, |last| last + 1)];
+    for (i, &row) in rows.iter().enumerate() {
+        areas[row] += surfaces.area(i);
+    }
+    let idle = geometry.ids().filter(|&t| !geometry.is_solid(t));
+    for (t, surface) in idle.map(|t| (t, geometry.surface_of[t.index()] as usize)) {
+        if let Some(&row) = rows.get(surface) {
+            areas[row] += geometry.area(t);
+        }
+    }
+    areas
+}
+
 /// Combines surfaces, counts reflection if that is asked for, and writes the result; returns its
 /// rows.
 fn finish(
     args: &View3d,
     task: &Task,
     surfaces: &Lumped,
+    areas: &[f64],
     memory: u64,
     bar: &Bar,
 ) -> Result<Lumped, Failure> {
@@ -154,11 +173,10 @@ fn finish(
             })
         })?,
     };
-    let areas: Vec<f64> = (0..rows.len()).map(|i| rows.area(i)).collect();
     bar.stage("write", rows.len() as u64);
     let table = View3dTable {
         rows: &rows,
-        areas: &areas,
+        areas,
         emittances: &emittances,
         enclosure: task.control.enclosure,
         grey: task.control.emittances,
@@ -188,13 +206,6 @@ fn summary(task: &Task, matrix: &Matrix, rows: &Lumped) {
         line += &format!("; error about {:.2} %", 100.0 * pairs.error);
     }
     say(&line);
-    let no_area = report.degenerate + report.duplicate;
-    if no_area > 0 {
-        say(&format!(
-            "warning: {no_area} triangles without area, or the same as an earlier one, exchange \
-             nothing; leave them out"
-        ));
-    }
     if let Some((losses, worst)) = report.losses.as_ref().and_then(|l| Some((l, l.worst.first()?)))
         && losses.to_backs > 0
     {
@@ -209,13 +220,13 @@ fn summary(task: &Task, matrix: &Matrix, rows: &Lumped) {
 }
 
 /// Says what the rows are like: View3D lists it in its log.
-fn list(task: &Task, rows: &Lumped) {
+fn list(task: &Task, rows: &Lumped, areas: &[f64]) {
     if !task.title.is_empty() {
         say(&task.title);
     }
     say("   row           area    sum of factors  surface");
     for i in 0..rows.len() {
-        let sum: f64 = rows.entries_of(i).map(|e| e.1).sum();
-        say(&format!("{:6} {:14.6} {sum:17.6}  {}", i + 1, rows.area(i), rows.name(i)));
+        let sum = rows.entries_of(i).fold(0.0, |sum, e| sum + e.1);
+        say(&format!("{:6} {:14.6} {sum:17.6}  {}", i + 1, areas[i], rows.name(i)));
     }
 }

@@ -351,7 +351,24 @@ fn the_program_may_be_called_view3d() {
         assert_eq!(fs::read(bench.path("by-name")).unwrap(), expected);
         let output = std::process::Command::new(&called).arg("in.vs3").output().unwrap();
         assert_eq!(output.status.code(), Some(2));
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert!(said.contains(&format!("Usage: {name} <INPUT> <OUTPUT>")), "{said}");
     }
+}
+
+#[test]
+fn a_surface_that_is_given_again_has_its_area_and_no_factors() {
+    let text = format!("C list=1\n{CORNERS}{FACING}S 3 2 3 4 1 0 0 .5 again\n");
+    let bench = Bench::new().with("in.vs3", text);
+    let said = run(&bench, &[]).stderr;
+    let found = table(&bench, "out");
+    assert_eq!(found.areas, [1.0; 3]);
+    assert_close(found.rows[0][1], 0.199_824_9, 1e-5);
+    assert_close(found.rows[1][0], 0.199_824_9, 1e-5);
+    assert_eq!((&found.rows[2][..], found.rows[1][2]), (&[0.0; 3][..], 0.0));
+    assert_eq!(said.matches("warning:").count(), 1, "{said}");
+    assert!(said.contains("line 12: is an earlier surface again"), "{said}");
+    assert!(said.contains("3       1.000000          0.000000  again"), "{said}");
 }
 
 #[test]
@@ -364,6 +381,9 @@ fn bad_files_end_with_one_message() {
     refuse("", &["is empty"]);
     refuse(&format!("{CORNERS}S 1 1 2 3 4 0 0 .9 a\nS 2 1 2 9 4 0 0 .9 b\n"), &["line 10", "8"]);
     refuse(&format!("{CORNERS}S 1 1 2 3 0 0 .9 a\n"), &["line 9", "triangle"]);
+    refuse(&format!("{CORNERS}S 1 1 3 2 4 0 0 .9 a\n"), &["line 9", "surface 1 cross"]);
+    refuse(&format!("{CORNERS}S 1 1 1 2 0 0 0 .9 a\n"), &["line 9", "at one place"]);
+    refuse(&format!("{CORNERS}S 1 1 2 3 0 0 0 2 a\n"), &["line 9", "emittance 2"]);
     refuse(&format!("C encl=1\n{CORNERS}{FACING}"), &["no enclosure", "encl=0"]);
     let outside: Vec<String> = (1..)
         .zip(SIDES)
@@ -390,6 +410,13 @@ fn a_view3d_file_is_a_model_for_other_commands() {
     for engine in ["classical", "hemicube", "rays"] {
         let found = bench.run(&["factors", "room.vs3", "--engine", engine, "-q"]).ok().stdout;
         assert_eq!(found.lines().count(), 5, "{engine}: {found}");
+    }
+    let drawn = |row| ["factors", "room.vs3", "--surfaces", "a.vtu", "--row", row, "-q"];
+    for more in [&[][..], &["--group"]] {
+        let refused = bench.run(&[&drawn("obstruction 3")[..], more].concat());
+        let refused = refused.refused(&["--row obstruction 3", "floor", "ceiling"]);
+        assert_eq!(refused.stderr.matches("obstruction").count(), 1, "{refused:?}");
+        bench.run(&[&drawn("floor")[..], more].concat()).ok();
     }
     // A solution keeps what only blocks.
     let solve = ["solve", "room.vs3", "--emission", "emittance 0.5=1,1,1", "--patch-size", ".1"];

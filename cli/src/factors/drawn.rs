@@ -4,7 +4,7 @@ use std::io;
 
 use hemicube::export::DrawnRow;
 use hemicube::matrix::{Rows, SurfaceRow, mean_row};
-use hemicube::scene::{Scene, Side};
+use hemicube::scene::{Grouping, Scene, Side, Sides};
 
 use crate::args::{FaceSides, Factors};
 use crate::failure::Failure;
@@ -47,18 +47,27 @@ pub fn check_numbers(args: &Factors, scene: &Scene, rows: usize) -> Result<(), S
     }
 }
 
-/// The names of surfaces, or of what they are lumped to.
+/// The names of surfaces that have rows, or of what they are lumped to.
 fn names(args: &Factors, scene: &Scene) -> Vec<String> {
-    match args.group {
-        Some(group) => scene.grouping(group.by().0).names,
-        None => {
-            let mut names: Vec<String> =
-                scene.geometry.surfaces.iter().map(|s| s.name.clone()).collect();
-            names.sort();
-            names.dedup();
-            names
+    let g = &scene.geometry;
+    let (names, of) = match args.group {
+        Some(group) => {
+            let Grouping { names, of } = scene.grouping(group.by().0);
+            (names, of)
         }
+        None => (g.surfaces.iter().map(|s| s.name.clone()).collect(), g.surface_of.clone()),
+    };
+    let mut has_row = vec![false; names.len()];
+    for (&name, _) in of.iter().zip(&g.sides).filter(|(_, sides)| **sides != Sides::None) {
+        has_row[name as usize] = true;
     }
+    let rows = names.into_iter().zip(has_row);
+    let mut names: Vec<String> = rows.filter_map(|(name, has)| has.then_some(name)).collect();
+    if args.group.is_none() {
+        names.sort();
+        names.dedup();
+    }
+    names
 }
 
 /// The form factors from each of the rows: from all rows of a surface together where its name is
