@@ -82,16 +82,16 @@ pub(super) fn deviations(
         }
         _ => None,
     };
-    for d in 0..DRAWS {
+    for (d, driven) in driven.iter().enumerate() {
         // Sunlight absorbed, W.
         let sunlight: Option<Vec<f64>> = match &sun {
-            Some((driven, absorptance, network)) => {
-                let (arriving, _) = network.solve(&driven[d], TOLERANCE, progress)?;
+            Some((of_sunlight, absorptance, network)) => {
+                let (arriving, _) = network.solve(&of_sunlight[d], TOLERANCE, progress)?;
                 Some(arriving.iter().zip(*absorptance).map(|(h, a)| h * a).collect())
             }
             None => None,
         };
-        let mut first = driven[d].clone();
+        let mut first = driven.clone();
         let mut supply = vec![0.0; conditions.len()];
         if let Some(sunlight) = &sunlight {
             node_of.iter().zip(sunlight).for_each(|(k, s)| supply[*k as usize] += s);

@@ -77,25 +77,25 @@ impl Exchange {
             parts: Vec::new(),
         };
         let (mut columns, mut factors) = (Vec::new(), Vec::new());
-        for i in 0..n {
+        for (i, area) in areas.iter().enumerate() {
             rows.row(i, &mut columns, &mut factors)?;
             let upper = columns.partition_point(|&j| j as usize <= i);
             me.columns.extend(&columns[upper..]);
-            me.values.extend(factors[upper..].iter().map(|f| 0.5 * areas[i] * f));
+            me.values.extend(factors[upper..].iter().map(|f| 0.5 * area * f));
             me.starts.push(me.columns.len());
             progress.advance(1)?;
         }
         // Column j of all rows above, as j ascends: each row is read once, from its start on.
         let mut next = me.starts.clone();
         let mut alone = Vec::new();
-        for j in 0..n {
+        for (j, area) in areas.iter().enumerate() {
             rows.row(j, &mut columns, &mut factors)?;
             for (&i, f) in columns.iter().zip(&factors).take_while(|e| (*e.0 as usize) < j) {
                 let (at, end) = (&mut next[i as usize], me.starts[i as usize + 1]);
                 while *at < end && (me.columns[*at] as usize) < j {
                     *at += 1;
                 }
-                let half = 0.5 * areas[j] * f;
+                let half = 0.5 * area * f;
                 match *at < end && me.columns[*at] as usize == j {
                     true => me.values[*at] += half,
                     // Only one of both rows has an entry.

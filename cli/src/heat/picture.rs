@@ -81,7 +81,7 @@ pub fn draw(
 
 /// Round numbers about a range.
 fn spread(low: f64, high: f64) -> [f64; 2] {
-    if !(high > low) {
+    if low >= high {
         let middle = if low.is_finite() { low } else { 0.0 };
         return [(middle - 1.0).max(0.0), middle + 1.0];
     }

@@ -25,7 +25,8 @@ pub fn check(args: &Heat) -> Result<(), Failure> {
     if let Some(path) = args.output.as_ref().filter(|p| !table(p) && !is_vtu(p)) {
         return refuse(path, "faces are written as .csv or .vtu");
     }
-    for path in [&args.surfaces, &args.conductors].into_iter().flatten().filter(|p| !table(p)) {
+    let tables = [&args.surfaces, &args.conductors];
+    if let Some(path) = tables.into_iter().flatten().find(|p| !table(p)) {
         return refuse(path, "is written as .csv");
     }
     if let Some(path) = args.gebhart.as_ref().filter(|p| MatrixFormat::of(p).is_none()) {
