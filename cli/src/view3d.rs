@@ -227,6 +227,6 @@ fn list(task: &Task, rows: &Lumped, areas: &[f64]) {
     say("   row           area    sum of factors  surface");
     for (i, area) in areas.iter().enumerate() {
         let sum = rows.entries_of(i).fold(0.0, |sum, e| sum + e.1);
-        say(&format!("{:6} {area:14.6} {sum:17.6}  {}", i + 1, rows.name(i)));
+        say(&format!("{:6} {:14.6} {sum:17.6}  {}", i + 1, area, rows.name(i)));
     }
 }
