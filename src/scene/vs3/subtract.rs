@@ -88,9 +88,10 @@ impl Parts {
         if within { Ok(()) } else { Err(Misfit::Outline) }
     }
 
-    /// Takes polygons away that lie in this one. A part that one of them takes up in part is cut in
-    /// two along one of its edges, the one that cuts through the fewest of the others and lies along
-    /// the most, until each part is either free or taken up. `check` hears how many parts there are.
+    /// Takes polygons away that lie in this one. A part that one of them takes up in part is cut
+    /// in two along one of its edges, until each part is either free or taken up: the edge that
+    /// cuts through the fewest of the others and lies along the most. `check` hears how many
+    /// parts there are.
     ///
     /// # Errors
     /// Those of `check`.
