@@ -8,10 +8,11 @@
 //! ```
 //!
 //! These are the equations of a network of conductors, and are solved as such (A.K. Oppenheim 1956,
-//! "Radiation analysis by the network method", Trans. ASME 78, 725-735). Each [node](HeatInput::node_of) has
-//! either a temperature or a heat that is supplied to it; one side of a face is a node of its own,
-//! and the two sides of a thin face share one. Sunlight is a second band of the same form, whose
-//! absorbed part is heat of the first. [`gebhart`] tells where what each side emits is absorbed.
+//! "Radiation analysis by the network method", Trans. ASME 78, 725-735). Each
+//! [node](HeatInput::node_of) has either a temperature or a heat that is supplied to it; one side
+//! of a face is a node of its own, and the two sides of a thin face share one. Sunlight is a second
+//! band of the same form, whose absorbed part is heat of the first. [`gebhart`] tells where what
+//! each side emits is absorbed.
 
 mod balance;
 mod deviation;

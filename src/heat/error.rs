@@ -50,8 +50,8 @@ pub enum HeatError {
         /// The share of what all surfaces send out, 0..1.
         share: f64,
     },
-    /// More heat is taken away than arrives: something would be colder than 0 K. Named is where most
-    /// is taken.
+    /// More heat is taken away than arrives: something would be colder than 0 K. Named is where
+    /// most is taken.
     #[error(
         "more heat is taken away than arrives, {:.3e} W: no temperature is low enough", -supplied
     )]
