@@ -81,10 +81,13 @@ pub fn summary(args: &Heat, report: &MatrixReport, rows: &OfRows, found: &HeatBa
         false => String::new(),
     };
     say(&format!(
-        "energy: {} supplied, {} taken away{environment}{sunlight}; unaccounted for {:.0e} of it",
+        "energy: {} supplied, {} taken away{environment}{sunlight}; {} unaccounted for",
         watt(found.supplied),
         watt(found.removed),
-        found.imbalance
+        match found.imbalance > 0.0 {
+            true => format!("{:.0e} of it", found.imbalance),
+            false => String::from("nothing"),
+        }
     ));
     if found.imbalance > MUCH_MISSING {
         say("warning: more than 1e-9 of the energy is unaccounted for, as emissivities are so \
