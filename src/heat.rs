@@ -13,6 +13,35 @@
 //! of a face is a node of its own, and the two sides of a thin face share one. Sunlight is a second
 //! band of the same form, whose absorbed part is heat of the first. [`gebhart`] tells where what
 //! each side emits is absorbed.
+//!
+//! ```
+//! use hemicube::heat::{Condition, Exchange, HeatInput, balance};
+//! use hemicube::{MatrixOptions, Scene, Silent};
+//!
+//! // A closed box: one face is hot, one cold, all others let nothing through.
+//! let matrix = Scene::builtin("furnace")?.form_factors(&MatrixOptions::default(), &Silent)?;
+//! let areas: Vec<f64> = (0..12).map(|i| matrix.area(i)).collect();
+//! let exchange = Exchange::new(&matrix, &areas, false, 1 << 30, &Silent)?;
+//! let mut conditions = [Condition::Heat(0.0); 12];
+//! conditions[0] = Condition::Temperature(400.0);
+//! conditions[3] = Condition::Temperature(300.0);
+//! let each: Vec<u32> = (0..12).collect();
+//! let input = HeatInput {
+//!     exchange: &exchange,
+//!     emissivity: &[0.9; 12],
+//!     node_of: &each,
+//!     conditions: &conditions,
+//!     environment: None,
+//!     sunlight: None,
+//!     surface_of: &each,
+//!     surfaces: 12,
+//!     error: matrix.report.pairs.map_or(0.0, |pairs| pairs.error),
+//! };
+//! let found = balance(&input, &Silent)?;
+//! println!("{} W from hot to cold", found.supplied);
+//! # assert!(found.supplied > 0.0 && found.imbalance < 1e-9);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod balance;
 mod deviation;

@@ -17,6 +17,7 @@
 //! | irradiance at points (lux) | [`LitScene::probe`] |
 //! | form factors (view factors) | [`Scene::form_factors`] with [`MatrixOptions`] |
 //! | them in a file | [`Matrix::save`] |
+//! | temperatures and net heat fluxes | [`heat::balance`] |
 //! | one stage, or an engine of your choice | the modules below |
 //!
 //! # A picture
