@@ -22,7 +22,7 @@ use hemicube::matrix::{
 };
 use hemicube::progress::{Cancelled, Progress};
 use hemicube::report::Stage;
-use hemicube::scene::{Scene, SidesChoice};
+use hemicube::scene::Scene;
 
 use crate::args::{EngineArg, FaceSides, Factors};
 use crate::failure::Failure;
@@ -49,11 +49,7 @@ pub fn run(args: &Factors) -> Result<(), Failure> {
         return Err(Failure::input("--strict needs an error that is stated; use --engine exact"));
     }
     let engine = engine_of(&light)?;
-    let sides = match args.sides {
-        FaceSides::One => SidesChoice::One,
-        FaceSides::Two => SidesChoice::Two,
-    };
-    let scene = input::read_model(&args.model, sides, 0.9)?;
+    let scene = input::read_model(&args.model, args.sides.choice(), 0.9)?;
     let mut files = vec![("-o", args.output.as_ref())];
     files.extend(args.surfaces.iter().map(|path| ("--surfaces", Some(path))));
     files.push(("--report", args.run.report.as_ref()));

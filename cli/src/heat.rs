@@ -13,10 +13,10 @@ use hemicube::heat::{Exchange, HeatBalance, HeatError, HeatInput, Sunlight, bala
 use hemicube::matrix::{Lumped, Matrix, MatrixOptions, Rows, SurfaceRow, make};
 use hemicube::progress::Progress;
 use hemicube::report::Stage;
-use hemicube::scene::{Scene, SidesChoice};
+use hemicube::scene::Scene;
 use hemicube::visibility::Bvh;
 
-use crate::args::{FaceSides, Heat};
+use crate::args::Heat;
 use crate::failure::Failure;
 use crate::input;
 use crate::machine;
@@ -55,11 +55,7 @@ pub fn run(args: &Heat) -> Result<(), Failure> {
     hear_interrupts();
     set_threads(args.run.threads)?;
     write::check(args)?;
-    let sides = match args.sides {
-        FaceSides::One => SidesChoice::One,
-        FaceSides::Two => SidesChoice::Two,
-    };
-    let mut scene = input::read_model(&args.model, sides, 0.9)?;
+    let mut scene = input::read_model(&args.model, args.sides.choice(), 0.9)?;
     let files = [
         ("-o", args.output.as_ref()),
         ("--surfaces", args.surfaces.as_ref()),
@@ -122,8 +118,7 @@ pub fn run(args: &Heat) -> Result<(), Failure> {
     let left = memory.saturating_sub(8 * matrix.entries());
     let exchange =
         Exchange::new(model.factors(), &areas, environment, left, &bar).map_err(failure)?;
-    bar.stage("sunlight", 0);
-    let direct = sunshine(&model);
+    let direct = sunshine(&model, &bar);
     let sunny = args.sun.is_some() || args.diffuse_sun.is_some();
     let input = HeatInput {
         exchange: &exchange,
@@ -167,11 +162,12 @@ pub fn run(args: &Heat) -> Result<(), Failure> {
 }
 
 /// Irradiance of each row straight from the sun, W/m².
-fn sunshine(model: &Model<'_>) -> Vec<f64> {
+fn sunshine(model: &Model<'_>, bar: &Bar) -> Vec<f64> {
     let mut sum = vec![0.0; model.rows.len()];
     if model.scene.lamps.is_empty() {
         return sum;
     }
+    bar.stage("sunlight", 0);
     let bvh = Bvh::new(&model.scene.geometry);
     let patches = &model.matrix.patches;
     let direct = from_lamps(model.scene, patches, &bvh);

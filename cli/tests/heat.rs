@@ -145,6 +145,7 @@ fn what_cannot_be_answered_is_refused_with_its_remedy() {
     refused(&e(&["-o", "faces.xls"]), &["faces.xls", ".csv or .vtu"]);
     refused(&e(&["--conductors", "gr.txt"]), &["gr.txt", ".csv"]);
     refused(&e(&["--gebhart", "b.txt"]), &["b.txt", ".npz"]);
+    refused(&e(&["--gebhart", "b.idf"]), &["b.idf", "are no view factors"]);
     refused(&e(&["--picture", "t.exr"]), &["t.exr", ".png or .jpg"]);
     refused(&["sheet.obj", "--emissivity", "1"], &["leaves the model", "--environment K"]);
     let both =

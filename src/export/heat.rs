@@ -8,7 +8,7 @@ use super::csv::{field, push_number};
 use super::target::write_with;
 use super::vtu::{CellArray, CellValues, write_vtu};
 use crate::heat::{Gebhart, SideHeat, SurfaceHeat};
-use crate::matrix::{Matrix, Precision, SurfaceRow};
+use crate::matrix::{BACK, Matrix, Precision, SurfaceRow};
 use crate::progress::Progress;
 use crate::scene::{Geometry, Side};
 
@@ -140,7 +140,7 @@ pub fn write_heat_vtu(
     ];
     let cells = matrix.cells(geometry);
     let (mut numbers, mut indices) = (Vec::new(), Vec::new());
-    for (side, rows) in [("", &cells.front), (" (back)", &cells.back)] {
+    for (side, rows) in [("", &cells.front), (BACK, &cells.back)] {
         if rows.is_empty() {
             continue;
         }

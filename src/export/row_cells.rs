@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::ExportError;
 use super::vtu::{CellArray, CellValues, write_vtu};
-use crate::matrix::{Lumped, Matrix, SurfaceRow};
+use crate::matrix::{BACK, Lumped, Matrix, SurfaceRow};
 use crate::scene::{GroupBy, Scene};
 
 /// Form factors to be drawn.
@@ -33,7 +33,7 @@ pub fn write_row_cells(
 ) -> Result<(), ExportError> {
     let cells = matrix.cells(&scene.geometry);
     let names = scene.grouping(GroupBy::Surface);
-    let sides = [("", &cells.front), (" (back)", &cells.back)];
+    let sides = [("", &cells.front), (BACK, &cells.back)];
     let mut numbers: Vec<(String, Vec<f64>)> = Vec::new();
     let mut indices: Vec<(String, Vec<i32>)> = Vec::new();
     for (side, rows) in sides.into_iter().filter(|side| !side.1.is_empty()) {

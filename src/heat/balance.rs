@@ -210,15 +210,23 @@ fn summed(
     }
     let mut surfaces = vec![SurfaceHeat::default(); input.surfaces];
     let mut sums = vec![[0.0; 2]; input.surfaces];
+    let mut gross = vec![0.0; input.surfaces];
     for ((side, &a), &s) in sides.iter().zip(areas).zip(input.surface_of) {
         let (surface, sums) = (&mut surfaces[s as usize], &mut sums[s as usize]);
         surface.area += a;
         surface.net += a * side.net();
         surface.sunlight += a * side.sunlight;
+        gross[s as usize] += a * (side.flux.abs() + side.sunlight);
         if let Some(t) = side.temperature {
             *sums = [sums[0] + a * t, sums[1] + a];
             let [_, low, high] = surface.temperature.unwrap_or([0.0, t, t]);
             surface.temperature = Some([0.0, low.min(t), high.max(t)]);
+        }
+    }
+    for (surface, gross) in surfaces.iter_mut().zip(gross) {
+        // What sides give and take cancels but for rounding.
+        if surface.net.abs() < 1e-14 * gross {
+            surface.net = 0.0;
         }
     }
     for ((surface, [sum, area]), error) in surfaces.iter_mut().zip(sums).zip(&deviations.surfaces) {

@@ -161,7 +161,7 @@ fn driven(exchange: &Exchange, error: f64, sent: &[f64], around: f64) -> Vec<Vec
         }
         sums
     });
-    added(parts).par_chunks(n).map(<[f64]>::to_vec).collect()
+    added(parts).par_chunks(n.max(1)).map(<[f64]>::to_vec).collect()
 }
 
 /// Random bits that belong to a pair.

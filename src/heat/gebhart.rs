@@ -55,7 +55,8 @@ pub fn gebhart(
     memory: u64,
     progress: &dyn Progress,
 ) -> Result<Gebhart, HeatError> {
-    let n = exchange.len();
+    // Without rows there is nothing to part.
+    let n = exchange.len().max(1);
     let needed = 2 * 8 * (n as u64).pow(2);
     if needed > memory {
         return Err(HeatError::Memory { what: "Gebhart factors", needed, allowed: memory });
@@ -107,10 +108,8 @@ impl Gebhart {
         for (k, own) in rows.iter().enumerate() {
             let mut sum = vec![0.0; nodes];
             for &i in own {
-                for (j, &other) in node_of.iter().enumerate() {
-                    // What one side sends to another and back differs in rounding.
-                    let there = self.conductors[i * n + j] + self.conductors[j * n + i];
-                    sum[other as usize] += 0.5 * there;
+                for (other, conductor) in node_of.iter().zip(&self.conductors[i * n..]) {
+                    sum[*other as usize] += conductor;
                 }
             }
             let others: Vec<(usize, f64)> =

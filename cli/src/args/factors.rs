@@ -4,6 +4,7 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use hemicube::scene::SidesChoice;
 
 use super::run::Run;
 use super::values::{percent, samples};
@@ -153,6 +154,16 @@ pub enum FaceSides {
     One,
     /// Fronts, and backs after them
     Two,
+}
+
+impl FaceSides {
+    /// As importers have it.
+    pub fn choice(self) -> SidesChoice {
+        match self {
+            Self::One => SidesChoice::One,
+            Self::Two => SidesChoice::Two,
+        }
+    }
 }
 
 /// Rays a row where the matrix itself is the result.

@@ -3,14 +3,11 @@
 use std::io;
 
 use hemicube::export::DrawnRow;
-use hemicube::matrix::{Rows, SurfaceRow, mean_row};
+use hemicube::matrix::{BACK, Rows, SurfaceRow, mean_row};
 use hemicube::scene::{Grouping, Scene, Side, Sides};
 
 use crate::args::{FaceSides, Factors};
 use crate::failure::Failure;
-
-/// What backs are called after.
-const BACK: &str = " (back)";
 
 /// Refuses rows that are neither a number nor a name that the matrix will have.
 pub fn check_names(args: &Factors, scene: &Scene) -> Result<(), Failure> {

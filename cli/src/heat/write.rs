@@ -32,6 +32,14 @@ pub fn check(args: &Heat) -> Result<(), Failure> {
     if let Some(path) = args.gebhart.as_ref().filter(|p| MatrixFormat::of(p).is_none()) {
         return refuse(path, &format!("Gebhart factors are written as {MATRIX_FORMATS}"));
     }
+    if let Some(path) =
+        args.gebhart.as_ref().filter(|p| MatrixFormat::of(p) == Some(MatrixFormat::Idf))
+    {
+        return refuse(
+            path,
+            "Gebhart factors are no view factors; write them as .npz, .npy, .mtx or .csv",
+        );
+    }
     let plain = |p: &Path| PictureFormat::of(p).is_some_and(|f| !f.is_of_radiance());
     match args.picture.as_ref().filter(|p| !plain(p)) {
         Some(path) => refuse(path, "pictures of temperatures are written as .png or .jpg"),
@@ -87,6 +95,7 @@ pub fn report(args: &Heat, report: &MatrixReport, found: &HeatBalance) -> Result
     let [received, escaped, absorbed] = found.sunlight;
     all["heat"] = json!({
         "iterations": found.iterations,
+        "left_out_w": found.left_out.0,
         "supplied_w": found.supplied,
         "removed_w": found.removed,
         "to_environment_w": found.to_environment,
