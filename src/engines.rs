@@ -20,7 +20,7 @@ mod waves;
 
 pub use classical::Classical;
 pub use engine::{AssembleError, Engine, EngineError, PairsReport, ROWS_AT_ONCE};
-pub use exact::{Exact, ExactOptions};
+pub use exact::{Exact, ExactOptions, FoundPairs, PairsTally, TilePairs, Tiling};
 pub use forecast::SampleOfRows;
 pub use hemicube::{Draw, Hemicube, HemicubeError, HemicubeOptions, Item, Net};
 #[cfg(feature = "gpu")]

@@ -15,6 +15,7 @@ mod members;
 mod mtx;
 mod npy;
 mod npz;
+mod parts;
 mod png;
 mod row_cells;
 mod save;
@@ -43,6 +44,9 @@ pub use mtx::write_mtx;
 pub use npy::write_npy;
 pub use npz::read::{ReadError, read_npz};
 pub use npz::write_npz;
+pub use parts::{
+    Damage, MOST_PARTS, Parts, PartsError, has_part, part_path, read_plan, write_part, write_plan,
+};
 pub use png::{encode_picture, write_png};
 pub use row_cells::{DrawnRow, write_row_cells};
 pub use save::{MATRIX_FORMATS, MatrixFormat, PICTURE_FORMATS, PictureFormat, write_matrix};

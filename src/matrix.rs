@@ -16,6 +16,7 @@ mod lumped;
 mod make;
 mod names;
 mod options;
+mod plan;
 mod report;
 mod rows;
 mod storage;
@@ -29,8 +30,9 @@ pub(crate) use grey::Reflected;
 pub use grey::{GreyError, grey};
 pub use layout::{Face, Layout};
 pub use lumped::{BACK, Lumped};
-pub use make::{Choice, make, make_where};
+pub use make::{Choice, make, make_where, merge_where};
 pub use options::MatrixOptions;
+pub use plan::{Part, Plan};
 pub use report::{
     ClosureReport, LossesReport, LostReport, MatrixReport, NamedRow, NpzReport, RowLoss,
     ThresholdReport,

@@ -45,7 +45,8 @@ fn stand(t: &mut Vec<[DVec3; 3]>, x: [f64; 2], y: [f64; 2], height: f64) {
 /// All rows, and the stated error as a part of the root-mean-square factor.
 fn rows_of(g: &Geometry, p: &Patches, error: f64) -> (Vec<Row>, f64) {
     let bvh = Bvh::new(g);
-    let mut engine = Exact::new(g, p, &bvh, ExactOptions { error, seed: 0 }, &Silent).unwrap();
+    let mut engine =
+        Exact::new(g, p, &bvh, ExactOptions { error, ..ExactOptions::default() }, &Silent).unwrap();
     let ids: Vec<PatchId> = p.ids().collect();
     let mut rows = vec![Row::default(); ids.len()];
     engine.fill(&ids, &mut rows).unwrap();

@@ -19,7 +19,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use glam::DVec3;
 
 pub use bake::{Bake, ModeArg};
-pub use factors::{FaceSides, Factors, GroupArg, with_group};
+pub use factors::{FaceSides, Factors, GroupArg, Merge, with_group};
 pub use heat::{Heat, Named};
 pub use input::{Emission, Input, LampArg, Model, SidesArg, SunArg, Unit};
 pub use light::{ClusterArg, DeviceArg, DrawChoice, EngineArg, Light, SolverChoice};
@@ -76,6 +76,9 @@ pub enum Command {
     /// Make the matrix of form factors (view factors) of a model
     #[command(after_long_help = factors::EXAMPLES)]
     Factors(Box<Factors>),
+    /// Join a matrix that was made in parts
+    #[command(after_long_help = factors::MERGE_EXAMPLES)]
+    Merge(Box<Merge>),
     /// Find temperatures and net heat fluxes by radiation between grey diffuse surfaces
     #[command(after_long_help = heat::EXAMPLES)]
     Heat(Box<Heat>),

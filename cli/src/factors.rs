@@ -6,6 +6,7 @@ mod drawn;
 mod group;
 mod idf;
 mod losses;
+mod parts;
 mod room;
 pub mod say;
 
@@ -18,7 +19,7 @@ use hemicube::export::{
     write_surfaces, write_whole,
 };
 use hemicube::matrix::{
-    Forecast, Lumped, Matrix, MatrixOptions, Origin, Rows, SurfaceRow, make_where,
+    Forecast, Lumped, Matrix, MatrixOptions, Origin, Rows, SurfaceRow, make_where, merge_where,
 };
 use hemicube::progress::{Cancelled, Progress};
 use hemicube::report::Stage;
@@ -37,6 +38,22 @@ use crate::terminal::{Bar, hear_interrupts, print, say};
 pub fn run(args: &Factors) -> Result<(), Failure> {
     hear_interrupts();
     set_threads(args.run.threads)?;
+    match (&args.plan, args.part, &args.parts) {
+        (Some(plan), Some(part), _) => parts::part(args, plan, part),
+        (Some(plan), None, None) => parts::plan(args, plan),
+        _ => matrix(args),
+    }
+}
+
+/// Reads the model.
+fn read_model(args: &Factors) -> Result<Scene, Failure> {
+    let scene = input::read_model(&args.model, args.sides.choice(), 0.9)?;
+    input::say_findings(&scene, args.run.quiet);
+    Ok(scene)
+}
+
+/// Makes the matrix, or joins its parts.
+fn matrix(args: &Factors) -> Result<(), Failure> {
     let format = format_of(args)?;
     let light = args.light();
     if light.engine() == EngineArg::Rays && args.error.is_some() {
@@ -45,29 +62,31 @@ pub fn run(args: &Factors) -> Result<(), Failure> {
              exact",
         ));
     }
-    if args.strict && light.engine() != EngineArg::Exact {
+    if args.outcome.strict && light.engine() != EngineArg::Exact {
         return Err(Failure::input("--strict needs an error that is stated; use --engine exact"));
     }
     let engine = engine_of(&light)?;
-    let scene = input::read_model(&args.model, args.sides.choice(), 0.9)?;
-    let mut files = vec![("-o", args.output.as_ref())];
-    files.extend(args.surfaces.iter().map(|path| ("--surfaces", Some(path))));
+    let scene = read_model(args)?;
+    let mut files = vec![("-o", args.outcome.output.as_ref())];
+    files.extend(args.outcome.surfaces.iter().map(|path| ("--surfaces", Some(path))));
     files.push(("--report", args.run.report.as_ref()));
     outputs::check(&files, &scene.files)?;
     let zone = idf::zone_of(args, format, &scene)?;
     drawn::check_names(args, &scene)?;
-    input::say_findings(&scene, args.run.quiet);
+    let bar = Bar::new(args.run.quiet);
+    let joined = args.parts.as_ref().map(|folder| parts::open(args, folder, &bar)).transpose()?;
+    let joined = joined.flatten();
+    let patch_size = joined.as_ref().map_or(args.patch_size, |(plan, _)| plan.patch_size);
     let options = MatrixOptions {
-        patch_size: args.patch_size,
+        patch_size,
         engine,
-        enclosure: args.enclosure,
-        threshold: args.threshold.unwrap_or_default(),
+        enclosure: args.outcome.enclosure,
+        threshold: args.outcome.threshold.unwrap_or_default(),
         memory: args.run.memory.unwrap_or_else(machine::available_memory),
     };
-    let bar = Bar::new(args.run.quiet);
     // Pieces of a face that a mask cuts are one row, unless faces are cut anyway.
-    let by_face = args.patch_size.is_none() && !scene.geometry.face_of.is_empty();
-    let grouping = args.group.map(|group| scene.grouping(group.by().0));
+    let by_face = patch_size.is_none() && !scene.geometry.face_of.is_empty();
+    let grouping = args.outcome.group.map(|group| scene.grouping(group.by().0));
     let mut store = |forecast: &Forecast| {
         let lumped = grouping.as_ref().map(|g| g.names.len());
         let lumped = lumped.or(by_face.then(|| scene.geometry.faces()));
@@ -76,8 +95,15 @@ pub fn run(args: &Factors) -> Result<(), Failure> {
         drawn::check_numbers(args, &scene, rows)?;
         room::store(args, format, forecast)
     };
-    let mut matrix = make_where(&scene.geometry, &options, &mut store, &bar).map_err(|e| {
-        remedy::matrix_failure(&args.model.scene, e, |e| remedy::of_matrix(e, args.enclosure))
+    let made = match &joined {
+        Some((plan, parts)) => {
+            merge_where(&scene.geometry, (plan, parts), &options, &mut store, &bar)
+        }
+        None => make_where(&scene.geometry, &options, &mut store, &bar),
+    };
+    let mut matrix = made.map_err(|e| {
+        let remedy = |e: &_| remedy::of_matrix(e, args.outcome.enclosure);
+        remedy::matrix_failure(&args.model.scene, e, remedy)
     })?;
     matrix.report.scene.clone_from(&scene.name);
     let start = Instant::now();
@@ -88,7 +114,8 @@ pub fn run(args: &Factors) -> Result<(), Failure> {
         None => by_face.then(|| Lumped::by_face(&matrix, &scene.geometry)),
     };
     let lumped = lumped.transpose().map_err(Failure::failed)?;
-    matrix.report.grouped_by = args.group.map(|group| group.by().1).or(by_face.then_some("face"));
+    matrix.report.grouped_by =
+        args.outcome.group.map(|group| group.by().1).or(by_face.then_some("face"));
     matrix.report.groups = lumped.as_ref().map(Rows::len);
     origin.lumped = lumped.is_some();
     let rows: &dyn Rows = lumped.as_ref().map_or(&matrix, |lumped| lumped);
@@ -100,7 +127,7 @@ pub fn run(args: &Factors) -> Result<(), Failure> {
         idf::warn_if_open(args, rows, &surfaces);
     }
     let seconds = start.elapsed().as_secs_f64();
-    let npz = args.output.as_ref().filter(|_| format == MatrixFormat::Npz);
+    let npz = args.outcome.output.as_ref().filter(|_| format == MatrixFormat::Npz);
     let npz = npz.and_then(|path| Some((path, dense::compare(path, rows)?)));
     matrix.report.npz = npz.map(|npz| npz.1);
     matrix.report.stages.push(Stage { name: "write", seconds });
@@ -111,7 +138,8 @@ pub fn run(args: &Factors) -> Result<(), Failure> {
     }
     if !args.run.quiet {
         say::report(&matrix.report, args.run.verbose);
-        if let Some(text) = args.group.and_then(|group| group::of_one_group(&scene, group)) {
+        if let Some(text) = args.outcome.group.and_then(|group| group::of_one_group(&scene, group))
+        {
             say(&format!("warning: {text}"));
         }
         if let Some(text) = npz.and_then(|(path, npz)| dense::note(path, &npz)) {
@@ -119,8 +147,8 @@ pub fn run(args: &Factors) -> Result<(), Failure> {
         }
     }
     // With the matrix itself on stdout there is no place for names.
-    if let Some(path) = &args.output {
-        for path in [path].into_iter().chain(&args.surfaces) {
+    if let Some(path) = &args.outcome.output {
+        for path in [path].into_iter().chain(&args.outcome.surfaces) {
             print(&path.display().to_string());
         }
     }
@@ -135,14 +163,14 @@ fn is(path: &Path, extension: &str) -> bool {
 /// The format of the matrix (a table on stdout); refuses what cannot be written before any work is
 /// done.
 fn format_of(args: &Factors) -> Result<MatrixFormat, Failure> {
-    if let Some(path) = args.surfaces.iter().find(|p| !is(p, "csv") && !is(p, "vtu")) {
+    if let Some(path) = args.outcome.surfaces.iter().find(|p| !is(p, "csv") && !is(p, "vtu")) {
         let path = path.display();
         return Err(Failure::Input(format!("{path}: --surfaces is written as .csv or .vtu")));
     }
-    if !args.row.is_empty() && !args.surfaces.iter().any(|path| is(path, "vtu")) {
+    if !args.outcome.row.is_empty() && !args.outcome.surfaces.iter().any(|path| is(path, "vtu")) {
         return Err(Failure::input("--row is used with --surfaces FILE.vtu only"));
     }
-    let Some(path) = &args.output else { return Ok(MatrixFormat::Csv) };
+    let Some(path) = &args.outcome.output else { return Ok(MatrixFormat::Csv) };
     MatrixFormat::of(path).ok_or_else(|| {
         let path = path.display();
         Failure::Input(format!("{path}: form factors are written as {MATRIX_FORMATS}"))
@@ -160,7 +188,7 @@ fn write(
 ) -> Result<(), Failure> {
     let passes = if format == MatrixFormat::Npz { 3 } else { 1 };
     bar.stage("write", passes * rows.len() as u64);
-    let written = match &args.output {
+    let written = match &args.outcome.output {
         Some(path) if format == MatrixFormat::Idf => write_idf(path, rows, zone, origin, bar),
         Some(path) => write_matrix(path, rows, surfaces, origin, bar),
         None => {
@@ -188,7 +216,7 @@ fn write_tables(
 ) -> Result<(), Failure> {
     let rows: &dyn Rows = lumped.map_or(matrix, |lumped| lumped);
     let drawn = drawn::drawn(args, rows, surfaces)?;
-    for path in &args.surfaces {
+    for path in &args.outcome.surfaces {
         let written = match is(path, "vtu") {
             true => write_row_cells(path, scene, matrix, lumped, surfaces, &drawn),
             false => write_surfaces(path, surfaces),

@@ -55,6 +55,7 @@ fn run(arguments: &Arguments) -> Result<(), Failure> {
         Command::View(v) => view::run(v),
         Command::Probe(p) => probe::run(p),
         Command::Factors(f) => factors::run(f),
+        Command::Merge(m) => factors::run(&m.as_factors()),
         Command::Heat(h) => heat::run(h),
         Command::View3d(v) => view3d::run(v),
         Command::Info(i) => info::run(i),

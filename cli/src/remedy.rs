@@ -76,7 +76,9 @@ pub fn matrix_failure(
     Failure::of(error, |error| {
         let text = format!("{error}{}", remedy(&error));
         match error {
-            MatrixError::Engine(EngineError::Device(_)) => Failure::Failed(text),
+            MatrixError::Engine(EngineError::Device(_) | EngineError::Found(_)) => {
+                Failure::Failed(text)
+            }
             MatrixError::Sink(SinkError::Store(_)) => Failure::Failed(text),
             MatrixError::Engine(_) | MatrixError::NoAccount | MatrixError::Unwanted(_) => {
                 Failure::Input(text)
@@ -119,6 +121,10 @@ pub fn of_matrix(error: &MatrixError, closed: bool) -> String {
         MatrixError::Engine(e) => of_engine(e),
         MatrixError::Sink(SinkError::Memory { .. }) => {
             "; allow more with --memory, or use fewer patches".to_owned()
+        }
+        MatrixError::Foreign { same_with: Some(same), .. } => same_as(*same),
+        MatrixError::Foreign { same_with: None, .. } => {
+            "; check --unit, or plan it anew with hemicube factors --plan".to_owned()
         }
         MatrixError::InsideOut => {
             "; turn them round with --flip, or leave --enclosure out for bodies seen from outside"
@@ -167,18 +173,31 @@ pub fn of_view3d(error: &MatrixError) -> &'static str {
     }
 }
 
+/// About part of a matrix that was not made.
+pub fn of_part(error: &MatrixError) -> String {
+    match error {
+        MatrixError::Sink(SinkError::Memory { .. }) => {
+            "; allow more with --memory, or make more parts".to_owned()
+        }
+        other => of_matrix(other, false),
+    }
+}
+
+/// What would make a geometry that of a matrix.
+fn same_as(SameWith { sides, flipped }: SameWith) -> String {
+    let sides = match sides {
+        Some(Sides::One) => " --sides one",
+        Some(Sides::Two) => " --sides two",
+        Some(Sides::None) | None => "",
+    };
+    let flip = if flipped { " --flip, which one of both has" } else { "" };
+    format!("; it is the same with{sides}{flip}")
+}
+
 /// About a stored matrix that does not serve a scene.
 pub fn of_stored(error: &StoredError) -> String {
     match error {
-        StoredError::Foreign { same_with: Some(SameWith { sides, flipped }), .. } => {
-            let sides = match sides {
-                Some(Sides::One) => " --sides one",
-                Some(Sides::Two) => " --sides two",
-                Some(Sides::None) | None => "",
-            };
-            let flip = if *flipped { " --flip, which one of both has" } else { "" };
-            format!("; it is the same with{sides}{flip}")
-        }
+        StoredError::Foreign { same_with: Some(same), .. } => same_as(*same),
         StoredError::Foreign { same_with: None, .. } => {
             "; check --unit, or make it again with hemicube factors".to_owned()
         }

@@ -334,6 +334,7 @@ pub fn engine_of(args: &Light) -> Result<EngineOptions, Failure> {
             return Ok(EngineOptions::Exact(ExactOptions {
                 error: args.error.unwrap_or(default.error),
                 seed: args.seed.unwrap_or(default.seed),
+                ..default
             }));
         }
         EngineArg::Classical => return Ok(EngineOptions::Classical),

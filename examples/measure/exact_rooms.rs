@@ -74,15 +74,27 @@ fn measure(
 ) -> Result<(f64, f64), Box<dyn Error>> {
     let bvh = Bvh::new(geometry);
     let (start, user) = (Instant::now(), user_seconds());
-    let mut engine = Exact::new(geometry, patches, &bvh, ExactOptions { error, seed: 0 }, &Silent)?;
+    let mut engine = Exact::new(
+        geometry,
+        patches,
+        &bvh,
+        ExactOptions { error, ..ExactOptions::default() },
+        &Silent,
+    )?;
     let ids: Vec<PatchId> = patches.ids().collect();
     let mut factors = FormFactors::new(patches.len(), 16 << 30);
     engine.make(&ids, &mut factors, &Silent)?;
     let (seconds, user) = (start.elapsed().as_secs_f64(), user_seconds() - user);
     let ids: Vec<PatchId> = patches.ids().step_by(patches.len().div_ceil(ROWS)).collect();
     let mut fine = vec![Row::default(); ids.len()];
-    Exact::new(geometry, patches, &bvh, ExactOptions { error: 0.1 * error, seed: 9 }, &Silent)?
-        .fill(&ids, &mut fine)?;
+    Exact::new(
+        geometry,
+        patches,
+        &bvh,
+        ExactOptions { error: 0.1 * error, seed: 9, ..ExactOptions::default() },
+        &Silent,
+    )?
+    .fill(&ids, &mut fine)?;
     let rays = [1, 2, 3, 4]
         .map(|seed| Rays::new(geometry, patches, &bvh, RaysOptions { samples: 1 << 16, seed }));
     let n = patches.len();

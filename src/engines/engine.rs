@@ -132,6 +132,9 @@ pub enum EngineError {
     /// Patches are clusters of source triangles, which this engine cannot use.
     #[error("the {0} engine cannot use clusters of source triangles")]
     Clusters(&'static str),
+    /// Pairs that were evaluated elsewhere cannot be had, or are not this model's.
+    #[error("{0}")]
+    Found(String),
     /// The caller cancelled.
     #[error("cancelled")]
     Cancelled(#[from] Cancelled),

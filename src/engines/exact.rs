@@ -30,7 +30,8 @@
 //!    [`Exact::estimate`] is what all pairs err by, and a check by other rays (`check`) may raise
 //!    it.
 //! 8. *Rows.* What pairs exchange becomes form factors: of some rows (`rows`), or of all at once
-//!    (`matrix`).
+//!    (`matrix`). Pairs of tiles (`tile_pairs`) may also be evaluated in parts, by several
+//!    processes ([`Exact::evaluate`]), and joined ([`Exact::joining`]).
 //!
 //! A patch that something stands on is cut along the contact ([`Patches::own_area`]); in far pairs
 //! it counts as one triangle of the same second moments (`triangles`).
@@ -81,6 +82,7 @@ mod tally;
 #[cfg(test)]
 mod tests;
 mod tile;
+mod tile_pairs;
 mod tree;
 mod triangles;
 mod union;
@@ -88,6 +90,8 @@ mod unoccluded;
 mod visible;
 
 use std::sync::OnceLock;
+
+use serde::{Deserialize, Serialize};
 
 use super::engine::{AssembleError, Engine, EngineError, PairsReport, in_blocks};
 use crate::form_factors::{Row, RowSink};
@@ -100,6 +104,8 @@ use check::disagreement;
 use model::Model;
 use pairs::Pairs;
 use rows::Accounts;
+pub use tally::PairsTally;
+pub use tile_pairs::{FoundPairs, TilePairs};
 
 /// How exact form factors are to be.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -109,11 +115,34 @@ pub struct ExactOptions {
     pub error: f64,
     /// Other seeds give other shadow rays. Default 0.
     pub seed: u32,
+    /// [`Tiling::ray_scale`], if it is known. Default: it is found from some rows.
+    pub ray_scale: Option<f64>,
 }
 
 impl Default for ExactOptions {
     fn default() -> Self {
-        Self { error: 1e-3, seed: 0 }
+        Self { error: 1e-3, seed: 0, ray_scale: None }
+    }
+}
+
+/// How the pairs of patches are cut into pairs of tiles, and how much work they get.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Tiling {
+    /// Number of tiles, of at most 128 patches each.
+    pub tiles: u32,
+    /// Fingerprint of which patches are in which tile, in hexadecimal.
+    pub order: String,
+    /// The number of shadow rays of a pair over the usual one, 1/16..16: it is what the error asked
+    /// for takes.
+    pub ray_scale: f64,
+}
+
+impl Tiling {
+    /// Number of pairs of tiles, those of a tile with itself included.
+    #[must_use]
+    pub fn pairs(&self) -> u64 {
+        let tiles = u64::from(self.tiles);
+        tiles * (tiles + 1) / 2
     }
 }
 
@@ -128,6 +157,8 @@ pub struct Exact<'a> {
     progress: &'a dyn Progress,
     /// What a check by rays proved, once it is asked for.
     proven: OnceLock<f64>,
+    /// Where pairs come from that were evaluated elsewhere.
+    found: Option<&'a dyn FoundPairs>,
 }
 
 impl<'a> Exact<'a> {
@@ -142,13 +173,53 @@ impl<'a> Exact<'a> {
         options: ExactOptions,
         progress: &'a dyn Progress,
     ) -> Result<Self, Cancelled> {
-        let ExactOptions { error, seed } = options;
+        let ExactOptions { error, seed, ray_scale: known } = options;
         let error = error.clamp(1e-6, 1.0);
         let model = Model::new(geometry, patches, bvh, error, progress)?;
         let mut pairs = Pairs::new(model, error, seed);
-        pairs.effort.scale = ray_scale(&pairs, progress)?;
+        pairs.effort.scale = known.map_or_else(|| ray_scale(&pairs, progress), Ok)?;
         let accounts = Accounts::new(geometry, patches, bvh, seed);
-        Ok(Self { pairs, accounts, progress, proven: OnceLock::new() })
+        Ok(Self { pairs, accounts, progress, proven: OnceLock::new(), found: None })
+    }
+
+    /// The same engine, which makes all rows together from pairs that were evaluated elsewhere.
+    #[must_use]
+    pub fn joining(self, found: &'a dyn FoundPairs) -> Self {
+        Self { found: Some(found), ..self }
+    }
+
+    /// How pairs are cut into pairs of tiles.
+    #[must_use]
+    pub fn tiling(&self) -> Tiling {
+        let tree = &self.pairs.model.tree;
+        let mut hasher = blake3::Hasher::new();
+        for tile in tree.tiles() {
+            let patches = tree.patches(tree.tile(tile));
+            hasher.update(&(patches.len() as u32).to_le_bytes());
+            patches.iter().for_each(|id| {
+                hasher.update(&id.0.to_le_bytes());
+            });
+        }
+        Tiling {
+            tiles: tree.tiles().count() as u32,
+            order: hasher.finalize().to_hex().to_string(),
+            ray_scale: self.pairs.effort.scale,
+        }
+    }
+
+    /// Evaluates pairs of tiles, by their numbers: column by column of the upper triangle, 0 up to
+    /// [`Tiling::pairs`]. What each exchanges depends on nothing but its number, and takes at most
+    /// `room` bytes together. Advances `progress` by one a pair of tiles.
+    ///
+    /// # Errors
+    /// If there is not as much room, or `progress` stops it.
+    pub fn evaluate(
+        &self,
+        numbers: &[u64],
+        room: u64,
+        progress: &dyn Progress,
+    ) -> Result<(Vec<TilePairs>, PairsTally), AssembleError> {
+        matrix::evaluate(&self.pairs, numbers, room, progress)
     }
 
     /// Pairs that exchange anything, those of them with a possible blocker, and shadow rays so far.
@@ -212,8 +283,12 @@ impl Engine for Exact<'_> {
         sink: &mut dyn RowSink,
         progress: &dyn Progress,
     ) -> Result<(), AssembleError> {
-        match sink.room() {
-            Some(room) if ids.len() == self.pairs.model.len() => {
+        let all = ids.len() == self.pairs.model.len();
+        match (self.found, sink.room()) {
+            (Some(found), _) if all => {
+                matrix::join(&self.pairs, &self.accounts, found, sink, progress)
+            }
+            (None, Some(room)) if all => {
                 matrix::make(&self.pairs, &self.accounts, room, sink, progress)
             }
             _ => in_blocks(self, ids, sink, progress),

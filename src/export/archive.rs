@@ -3,8 +3,8 @@
 use std::fs::File;
 use std::io::{BufReader, Read};
 
-use zip::ZipArchive;
 use zip::read::ZipFile;
+use zip::{CompressionMethod, ZipArchive};
 
 /// An archive, and the checksum of what was read of it.
 pub struct Archive {
@@ -31,6 +31,8 @@ pub struct Array<'a> {
     pub kind: Kind,
     /// How many numbers it claims to hold.
     pub count: u64,
+    /// Bytes before the first number.
+    header: u64,
     file: ZipFile<'a, BufReader<File>>,
     hash: &'a mut blake3::Hasher,
 }
@@ -88,10 +90,11 @@ impl Archive {
         let mut text = vec![0; usize::from(u16::from_le_bytes([start[8], start[9]]))];
         file.read_exact(&mut text).map_err(|_| wrong("is cut off"))?;
         self.hash.update(&start).update(&text);
-        let text = String::from_utf8_lossy(&text).into_owned();
+        let text = String::from_utf8_lossy(&text);
         let kind = kind(&text).ok_or_else(|| wrong("holds numbers of a kind that is not read"))?;
         let count = count(&text).ok_or_else(|| wrong("does not say how many numbers it holds"))?;
-        Ok(Array { kind, count, file, hash: &mut self.hash, name })
+        let header = (start.len() + text.len()) as u64;
+        Ok(Array { kind, count, header, file, hash: &mut self.hash, name })
     }
 }
 
@@ -120,6 +123,12 @@ fn count(text: &str) -> Option<u64> {
 }
 
 impl Array<'_> {
+    /// Where the first number stands in the file; `None` if the array is compressed.
+    pub fn place(&self) -> Option<u64> {
+        let stored = self.file.compression() == CompressionMethod::Stored;
+        self.file.data_start().filter(|_| stored).map(|start| start + self.header)
+    }
+
     /// What `each` makes of its numbers; `None` if it makes nothing of one. Memory holds no more
     /// than the result.
     pub fn take<T>(

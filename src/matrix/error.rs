@@ -2,6 +2,7 @@
 
 use thiserror::Error;
 
+use super::stored::SameWith;
 use crate::engines::{AssembleError, EngineError};
 use crate::form_factors::SinkError;
 use crate::patches::PatchesError;
@@ -29,6 +30,20 @@ pub enum MatrixError {
     /// No scales close the matrix.
     #[error("no scaling makes all rows sum to 1; furthest off are {0}")]
     Stalled(String),
+    /// The model is not the one that the [plan](super::Plan) was made for.
+    #[error("is not the model that the plan was made for ({scene})")]
+    Foreign {
+        /// The scene that it was made for.
+        scene: String,
+        /// What would make it this geometry's, if anything does.
+        same_with: Option<SameWith>,
+    },
+    /// Patches or tiles of the model are not those of the plan.
+    #[error("the plan is of other patches than this version makes of the model: make it anew")]
+    Replan,
+    /// A plan is for the exact engine alone.
+    #[error("only the exact engine makes a matrix in parts")]
+    Parts,
     /// The engine does not say what escapes, which closing the matrix needs to know.
     #[error("the classical engine does not know what escapes, so its matrix cannot be closed")]
     NoAccount,

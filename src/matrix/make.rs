@@ -8,9 +8,11 @@ use super::layout::Layout;
 use super::losses::losses;
 use super::names::Names;
 use super::options::MatrixOptions;
+use super::plan::{Plan, exact_engine};
 use super::report::{LostReport, MatrixReport, ThresholdReport};
 use super::storage::{RowStore, Storage};
 use super::stored::subdivide;
+use crate::engines::{Engine, EngineOptions, FoundPairs};
 use crate::form_factors::{close, drop_below};
 use crate::patches::{PatchId, warn_of_contacts};
 use crate::progress::Progress;
@@ -45,6 +47,36 @@ pub fn make_where(
     store: Choice<'_>,
     progress: &dyn Progress,
 ) -> Result<Matrix, MatrixError> {
+    make_of(geometry, options, None, store, progress)
+}
+
+/// Joins a matrix that was made in parts: the entries are those of [`make_where`]. The plan says
+/// how large patches are and who makes the form factors; the other options say what becomes of the
+/// matrix.
+///
+/// # Errors
+/// As [`make`], and if the model or its pairs are not the plan's.
+pub fn merge_where(
+    geometry: &Geometry,
+    (plan, found): (&Plan, &dyn FoundPairs),
+    options: &MatrixOptions,
+    store: Choice<'_>,
+    progress: &dyn Progress,
+) -> Result<Matrix, MatrixError> {
+    plan.check_geometry(geometry)?;
+    let engine = EngineOptions::Exact(plan.exact());
+    let options = MatrixOptions { patch_size: plan.patch_size, engine, ..*options };
+    make_of(geometry, &options, Some((plan, found)), store, progress)
+}
+
+/// Makes a matrix, or joins the pairs of it that were found elsewhere.
+fn make_of(
+    geometry: &Geometry,
+    options: &MatrixOptions,
+    parts: Option<(&Plan, &dyn FoundPairs)>,
+    store: Choice<'_>,
+    progress: &dyn Progress,
+) -> Result<Matrix, MatrixError> {
     if options.enclosure && !options.engine.knows_environment() {
         return Err(MatrixError::NoAccount);
     }
@@ -60,7 +92,14 @@ pub fn make_where(
     warn_of_contacts(&patches, progress);
     let layout = Layout::new(geometry, &patches);
     clock.lap("subdivide");
-    let mut engine = options.engine.engine(geometry, &patches, &bvh, options.memory, progress)?;
+    let mut engine: Box<dyn Engine> = match parts {
+        Some((plan, found)) => {
+            let exact = exact_engine(geometry, (&patches, &bvh), plan.exact(), progress)?;
+            plan.check(&patches, &exact)?;
+            Box::new(exact.joining(found))
+        }
+        None => options.engine.engine(geometry, &patches, &bvh, options.memory, progress)?,
+    };
     let engine_report = options.engine.report(&*engine);
     let too_large = |needed, can_go_to_a_store| {
         let (patches, allowed) = (patches.len(), options.memory);

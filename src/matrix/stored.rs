@@ -106,6 +106,25 @@ pub fn hexadecimal(bytes: &[u8]) -> String {
     bytes.iter().map(|b| format!("{b:02x}")).collect()
 }
 
+/// The sides and the winding with which a geometry would be the one of a fingerprint.
+pub(super) fn same_with(geometry: &Geometry, fingerprint: &str) -> Option<SameWith> {
+    for flipped in [false, true] {
+        let mut other = geometry.clone();
+        if flipped {
+            other.flip();
+        }
+        for sides in [None, Some(Sides::One), Some(Sides::Two)] {
+            if let Some(sides) = sides {
+                other.choose_sides(sides);
+            }
+            if hexadecimal(&other.fingerprint()) == fingerprint {
+                return Some(SameWith { sides, flipped });
+            }
+        }
+    }
+    None
+}
+
 impl Stored {
     /// The patches that the matrix is of and their form factors, in at most `memory` bytes.
     ///
@@ -120,7 +139,8 @@ impl Stored {
             return Err(StoredError::Lumped);
         }
         if hexadecimal(&geometry.fingerprint()) != self.origin.fingerprint {
-            let (scene, same_with) = (self.origin.scene.clone(), self.same_with(geometry));
+            let scene = self.origin.scene.clone();
+            let same_with = same_with(geometry, &self.origin.fingerprint);
             return Err(StoredError::Foreign { scene, same_with });
         }
         let patches = subdivide(geometry, &Bvh::new(geometry), self.origin.patch_size, &Silent)?;
@@ -131,25 +151,6 @@ impl Stored {
         }
         let factors = self.rows_of(&layout, patches.len(), memory)?;
         Ok((patches, factors))
-    }
-
-    /// The sides and the winding with which the geometry would be the one that it was made for.
-    fn same_with(&self, geometry: &Geometry) -> Option<SameWith> {
-        for flipped in [false, true] {
-            let mut other = geometry.clone();
-            if flipped {
-                other.flip();
-            }
-            for sides in [None, Some(Sides::One), Some(Sides::Two)] {
-                if let Some(sides) = sides {
-                    other.choose_sides(sides);
-                }
-                if hexadecimal(&other.fingerprint()) == self.origin.fingerprint {
-                    return Some(SameWith { sides, flipped });
-                }
-            }
-        }
-        None
     }
 
     /// The same entries, taken over in the memory that they have.

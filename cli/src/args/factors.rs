@@ -4,6 +4,7 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use hemicube::export::MOST_PARTS;
 use hemicube::scene::SidesChoice;
 
 use super::run::Run;
@@ -20,12 +21,23 @@ pub const EXAMPLES: &str = "Examples:
   hemicube factors furnace.stl --patch-size 0.01 --error .01% -o F.npz
   hemicube factors hall.ply --engine hemicube --resolution 512 -o F.npz
   hemicube render room.glb --sides one --factors F.npz
+  hemicube factors city.obj --plan plan.json
+  hemicube factors city.obj --plan plan.json --part 3/16 -o parts
 
 F_ij is the share of what patch i sends out that arrives at patch j; row i is face i of the file,
 from 0. Formats: .npz (scipy.sparse.load_npz), .npy (dense), .mtx (Matrix Market), .csv (dense, with
 labels), .idf (ZoneProperty:UserViewFactors:BySurfaceName of EnergyPlus, of lumped rows). With
 --sides two the backs of all faces follow as rows n to 2n. Degenerate, duplicate and transparent
-faces keep a row of zeros.";
+faces keep a row of zeros. Parts are made by as many processes as you like, and joined by hemicube
+merge.";
+
+pub const MERGE_EXAMPLES: &str = "Examples:
+  hemicube merge city.obj parts --plan plan.json -o F.npz
+  hemicube merge room.glb parts --plan plan.json --group --enclosure > factors.csv
+
+Parts are made by hemicube factors --plan, --part K/N. The matrix is the one that hemicube factors
+makes at once, to the last byte. Parts that are missing or damaged are named by number: make them
+again, and merge again.";
 
 /// `hemicube factors`.
 #[derive(Debug, Args)]
@@ -34,6 +46,100 @@ pub struct Factors {
     #[command(flatten)]
     pub model: Model,
 
+    /// What becomes of the matrix.
+    #[command(flatten)]
+    pub outcome: Outcome,
+
+    /// Which sides have rows
+    #[arg(long, value_enum, default_value_t = FaceSides::One)]
+    pub sides: FaceSides,
+
+    /// Largest area of a patch in m² [default: every face is one patch]
+    #[arg(long, value_name = "AREA", allow_negative_numbers = true)]
+    pub patch_size: Option<f64>,
+
+    /// Who makes the form factors [default: exact; rays with --samples, hemicube with its own
+    /// flags]
+    #[arg(long, value_enum)]
+    pub engine: Option<EngineArg>,
+
+    /// Error aimed at in per cent, like .1 or .1%: RMS of the form factors' errors over their own,
+    /// with --engine exact [default: .1]
+    #[arg(long, value_name = "PERCENT", value_parser = percent, allow_negative_numbers = true)]
+    pub error: Option<f64>,
+
+    /// Where hemicubes are made [default: cpu]
+    #[arg(long, value_enum, hide_short_help = true)]
+    pub device: Option<DeviceArg>,
+
+    /// Pixels along a hemicube's top, even, 16 to 1024 [default: 128]
+    #[arg(long, value_name = "N", hide_short_help = true)]
+    pub resolution: Option<usize>,
+
+    /// What is projected on the hemicubes [default: sources]
+    #[arg(long, value_enum, hide_short_help = true)]
+    pub draw: Option<DrawChoice>,
+
+    /// Rays a row, 32 to 65536, with --engine rays [default: 4096]
+    #[arg(long, value_name = "N", value_parser = samples)]
+    pub samples: Option<usize>,
+
+    /// Another seed gives other rays
+    #[arg(long, value_name = "N", hide_short_help = true)]
+    pub seed: Option<u32>,
+
+    /// Plan the matrix for several processes, and write the plan there; with --part, read it
+    #[arg(long, value_name = "FILE.json", conflicts_with_all = [
+        "surfaces", "row", "zone", "group", "enclosure", "threshold", "strict"
+    ])]
+    pub plan: Option<PathBuf>,
+
+    /// Make part K of N of a planned matrix, 1 to N, into the folder of -o
+    #[arg(long, value_name = "K/N", value_parser = part, requires_all = ["plan", "output"],
+        conflicts_with_all = [
+            "patch_size", "error", "seed", "engine", "samples", "resolution", "draw", "device"
+        ])]
+    pub part: Option<(u32, u32)>,
+
+    /// The parts that are joined, with their plan: of [`Merge`] alone.
+    #[arg(skip)]
+    pub parts: Option<PathBuf>,
+
+    /// How it is run.
+    #[command(flatten)]
+    pub run: Run,
+}
+
+/// `hemicube merge`.
+#[derive(Debug, Args)]
+pub struct Merge {
+    /// Which model.
+    #[command(flatten)]
+    pub model: Model,
+
+    /// The folder of the parts
+    pub parts: PathBuf,
+
+    /// The plan that they were made by
+    #[arg(long, value_name = "FILE.json")]
+    pub plan: PathBuf,
+
+    /// What becomes of the matrix.
+    #[command(flatten)]
+    pub outcome: Outcome,
+
+    /// Which sides have rows
+    #[arg(long, value_enum, default_value_t = FaceSides::One)]
+    pub sides: FaceSides,
+
+    /// How it is run.
+    #[command(flatten)]
+    pub run: Run,
+}
+
+/// What becomes of a matrix.
+#[derive(Debug, Clone, Args)]
+pub struct Outcome {
     /// The matrix (.npz .npy .mtx .csv, .idf for EnergyPlus) [default: CSV on stdout]
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
@@ -58,14 +164,6 @@ pub struct Factors {
     )]
     pub group: Option<GroupArg>,
 
-    /// Which sides have rows
-    #[arg(long, value_enum, default_value_t = FaceSides::One)]
-    pub sides: FaceSides,
-
-    /// Largest area of a patch in m² [default: every face is one patch]
-    #[arg(long, value_name = "AREA", allow_negative_numbers = true)]
-    pub patch_size: Option<f64>,
-
     /// Close the matrix of an enclosure: rows sum to 1 and A_i F_ij = A_j F_ji
     #[arg(long)]
     pub enclosure: bool,
@@ -74,44 +172,10 @@ pub struct Factors {
     #[arg(long, value_name = "EPS", value_parser = share, allow_negative_numbers = true)]
     pub threshold: Option<f64>,
 
-    /// Who makes the form factors [default: exact; rays with --samples, hemicube with its own
-    /// flags]
-    #[arg(long, value_enum)]
-    pub engine: Option<EngineArg>,
-
-    /// Error aimed at in per cent, like .1 or .1%: RMS of the form factors' errors over their own,
-    /// with --engine exact [default: .1]
-    #[arg(long, value_name = "PERCENT", value_parser = percent, allow_negative_numbers = true)]
-    pub error: Option<f64>,
-
     /// Exit with code 1 if the error that the result states exceeds --error; it is written all the
     /// same
     #[arg(long)]
     pub strict: bool,
-
-    /// Where hemicubes are made [default: cpu]
-    #[arg(long, value_enum, hide_short_help = true)]
-    pub device: Option<DeviceArg>,
-
-    /// Pixels along a hemicube's top, even, 16 to 1024 [default: 128]
-    #[arg(long, value_name = "N", hide_short_help = true)]
-    pub resolution: Option<usize>,
-
-    /// What is projected on the hemicubes [default: sources]
-    #[arg(long, value_enum, hide_short_help = true)]
-    pub draw: Option<DrawChoice>,
-
-    /// Rays a row, 32 to 65536, with --engine rays [default: 4096]
-    #[arg(long, value_name = "N", value_parser = samples)]
-    pub samples: Option<usize>,
-
-    /// Another seed gives other rays
-    #[arg(long, value_name = "N", hide_short_help = true)]
-    pub seed: Option<u32>,
-
-    /// How it is run.
-    #[command(flatten)]
-    pub run: Run,
 }
 
 /// What rows are lumped by.
@@ -162,6 +226,37 @@ impl FaceSides {
         match self {
             Self::One => SidesChoice::One,
             Self::Two => SidesChoice::Two,
+        }
+    }
+}
+
+fn part(text: &str) -> Result<(u32, u32), String> {
+    let numbers = text.split_once('/').and_then(|(k, n)| Some((k.parse().ok()?, n.parse().ok()?)));
+    match numbers {
+        Some((k, n)) if (1..=n).contains(&k) && n <= MOST_PARTS => Ok((k, n)),
+        _ => Err(format!("'{text}' is no part; write it like 3/16, from 1/16 to 16/16")),
+    }
+}
+
+impl Merge {
+    /// The same as what makes a matrix.
+    pub fn as_factors(&self) -> Factors {
+        Factors {
+            model: self.model.clone(),
+            outcome: self.outcome.clone(),
+            sides: self.sides,
+            patch_size: None,
+            engine: None,
+            error: None,
+            device: None,
+            resolution: None,
+            draw: None,
+            samples: None,
+            seed: None,
+            plan: Some(self.plan.clone()),
+            part: None,
+            parts: Some(self.parts.clone()),
+            run: self.run.clone(),
         }
     }
 }

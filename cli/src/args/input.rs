@@ -11,7 +11,7 @@ use super::values::{
 };
 
 /// Which model, and how its geometry is read.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub struct Model {
     /// A model (.gltf .glb .obj .stl .ply .vs3), a solution (.hemi) or the name of a built-in scene
     pub scene: PathBuf,

@@ -10,8 +10,8 @@ use crate::terminal::say;
 /// `--strict`.
 pub fn verdict(args: &Factors, report: &MatrixReport) -> Result<(), Failure> {
     let Some(text) = shortfall(report) else { return Ok(()) };
-    if args.strict {
-        let path = args.output.as_ref().map(|path| path.display().to_string());
+    if args.outcome.strict {
+        let path = args.outcome.output.as_ref().map(|path| path.display().to_string());
         let (scene, written) = (args.model.scene.display(), path.as_deref().unwrap_or("the table"));
         let text = format!("{scene}: {text}; {written} is written all the same (--strict)");
         return Err(Failure::Failed(text));

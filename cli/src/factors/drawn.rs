@@ -13,7 +13,7 @@ use crate::failure::Failure;
 pub fn check_names(args: &Factors, scene: &Scene) -> Result<(), Failure> {
     let names = names(args, scene);
     let has = |name: &str| names.iter().any(|n| n == name);
-    for row in &args.row {
+    for row in &args.outcome.row {
         let front = row.strip_suffix(BACK).filter(|_| args.sides == FaceSides::Two);
         if has(row) || front.is_some_and(has) || row.parse::<usize>().is_ok() {
             continue;
@@ -34,7 +34,7 @@ pub fn check_names(args: &Factors, scene: &Scene) -> Result<(), Failure> {
 /// Says which row is not there of a matrix that will have so many, lumped or not.
 pub fn check_numbers(args: &Factors, scene: &Scene, rows: usize) -> Result<(), String> {
     let names = names(args, scene);
-    let numbers = args.row.iter().filter(|row| !names.contains(row));
+    let numbers = args.outcome.row.iter().filter(|row| !names.contains(row));
     match numbers.flat_map(|row| row.parse::<usize>()).find(|&row| row >= rows) {
         Some(row) => Err(format!(
             "{}: --row {row}: the matrix has {rows} rows, from 0",
@@ -47,7 +47,7 @@ pub fn check_numbers(args: &Factors, scene: &Scene, rows: usize) -> Result<(), S
 /// The names of surfaces that have rows, or of what they are lumped to.
 fn names(args: &Factors, scene: &Scene) -> Vec<String> {
     let g = &scene.geometry;
-    let (names, of) = match args.group {
+    let (names, of) = match args.outcome.group {
         Some(group) => {
             let Grouping { names, of } = scene.grouping(group.by().0);
             (names, of)
@@ -60,7 +60,7 @@ fn names(args: &Factors, scene: &Scene) -> Vec<String> {
     }
     let rows = names.into_iter().zip(has_row);
     let mut names: Vec<String> = rows.filter_map(|(name, has)| has.then_some(name)).collect();
-    if args.group.is_none() {
+    if args.outcome.group.is_none() {
         names.sort();
         names.dedup();
     }
@@ -75,11 +75,11 @@ pub fn drawn(
     surfaces: &[SurfaceRow],
 ) -> Result<Vec<DrawnRow>, Failure> {
     let name_of = |s: &SurfaceRow| match s.side {
-        Some(Side::Back) if args.group.is_none() => format!("{}{BACK}", s.name),
+        Some(Side::Back) if args.outcome.group.is_none() => format!("{}{BACK}", s.name),
         _ => s.name.clone(),
     };
     let mut drawn: Vec<DrawnRow> = Vec::new();
-    for name in &args.row {
+    for name in &args.outcome.row {
         if drawn.iter().any(|row| row.name == *name) {
             continue;
         }

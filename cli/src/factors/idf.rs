@@ -10,16 +10,16 @@ use crate::terminal::say;
 
 /// The name of the zone; refuses what EnergyPlus would misread, before any work is done.
 pub fn zone_of(args: &Factors, format: MatrixFormat, scene: &Scene) -> Result<String, Failure> {
-    let zone = args.zone.as_ref().unwrap_or(&scene.name);
+    let zone = args.outcome.zone.as_ref().unwrap_or(&scene.name);
     if format != MatrixFormat::Idf {
-        return match args.zone {
+        return match args.outcome.zone {
             Some(_) => Err(Failure::input("--zone is used with -o FILE.idf only")),
             None => Ok(zone.clone()),
         };
     }
-    let path = args.output.as_deref().unwrap_or(args.model.scene.as_path()).display();
+    let path = args.outcome.output.as_deref().unwrap_or(args.model.scene.as_path()).display();
     let refuse = |text: String| Err(Failure::Input(format!("{path}: {text}")));
-    let Some(group) = args.group else {
+    let Some(group) = args.outcome.group else {
         return refuse("EnergyPlus wants named surfaces, not faces; lump them with --group".into());
     };
     if args.sides == FaceSides::Two {
@@ -45,7 +45,7 @@ pub fn warn_if_open(args: &Factors, rows: &dyn Rows, surfaces: &[SurfaceRow]) {
         Some((i, 1.0 - values.iter().sum::<f64>()))
     });
     let worst = lacks.max_by(|a, b| a.1.total_cmp(&b.1)).filter(|w| w.1 > SLIGHT);
-    if let Some((i, share)) = worst.filter(|_| !args.run.quiet && !args.enclosure) {
+    if let Some((i, share)) = worst.filter(|_| !args.run.quiet && !args.outcome.enclosure) {
         say(&format!(
             "warning: EnergyPlus expects an enclosure and scales what is none, but {:.1} % of {} \
              goes to no surface; close the model and use --enclosure",

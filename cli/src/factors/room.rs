@@ -17,8 +17,8 @@ pub fn store(
     format: MatrixFormat,
     forecast: &Forecast,
 ) -> Result<Option<Box<dyn RowStore>>, String> {
-    let file = if args.group.is_some() { 0 } else { file_bytes(args, format, forecast) };
-    let Some(path) = &args.output else {
+    let file = if args.outcome.group.is_some() { 0 } else { file_bytes(args, format, forecast) };
+    let Some(path) = &args.outcome.output else {
         return match file > MOST_ON_STDOUT {
             true => Err(format!(
                 "a table of {0} x {0} form factors takes about {1}; on stdout {2} are the limit: \
@@ -31,7 +31,7 @@ pub fn store(
             false => Ok(None),
         };
     };
-    let through_a_file = !forecast.fits() && !args.enclosure;
+    let through_a_file = !forecast.fits() && !args.outcome.enclosure;
     let spilled = if through_a_file { Spill::ENTRY_BYTES * forecast.entries } else { 0 };
     let free = machine::free_disk(folder_of(path)).unwrap_or(u64::MAX);
     if file + spilled > free {
@@ -60,7 +60,7 @@ pub fn store(
 
 /// Bytes of the file, nearly.
 fn file_bytes(args: &Factors, format: MatrixFormat, forecast: &Forecast) -> u64 {
-    let double = args.enclosure || args.threshold.is_some_and(|t| t > 0.0);
+    let double = args.outcome.enclosure || args.outcome.threshold.is_some_and(|t| t > 0.0);
     let (n, entries) = (forecast.rows as u64, forecast.entries);
     let all = n.saturating_mul(n);
     let number = if double { 8 } else { 4 };

@@ -3,68 +3,75 @@
 //! Pairs of tiles are evaluated column by column of tiles and kept, upper half only. Then rows are
 //! written tile by tile from both their own pairs and mirrored ones; a pair of tiles is dropped
 //! once both have been written. So what is kept never takes more than the finished matrix will.
+//! Pairs that were evaluated elsewhere are read when rows need them, each pair of tiles twice.
 
 use rayon::prelude::*;
 
 use super::pairs::Pairs;
-use super::places::{Place, TileId, Wanted};
+use super::places::{TileId, Wanted};
 use super::rows::{Accounts, entries};
-use super::tree::TILE;
-use crate::engines::engine::AssembleError;
+use super::tally::PairsTally;
+use super::tile_pairs::{FoundPairs, TilePairs, fits, number, tiles_of};
+use crate::engines::engine::{AssembleError, EngineError};
 use crate::form_factors::{Row, RowBlock, RowSink, SinkError, Weights, entry_bytes, sum};
 use crate::progress::{Cancelled, Progress};
-
-/// The exchange of the pairs of two tiles, by rows.
-#[derive(Debug, Default)]
-struct Upper {
-    starts: Vec<u16>,
-    columns: Vec<u8>,
-    exchange: Vec<f32>,
-}
 
 /// The exchange between a tile and itself and those before it: in a few large allocations, which go
 /// back to the system when they are dropped.
 #[derive(Debug, Default)]
 struct Column {
-    /// Where the rows of each tile begin, and where its last ends: [`TILE`] + 1 a tile, about its
-    /// own first entry.
-    starts: Vec<u16>,
-    /// Where the entries of each tile begin.
-    tiles: Vec<usize>,
-    columns: Vec<u8>,
-    exchange: Vec<f32>,
+    /// Where the entries of each tile begin, and where the last end.
+    starts: Vec<usize>,
+    pairs: TilePairs,
 }
 
 impl Column {
-    fn new(pairs: &[Upper]) -> Self {
-        let count = pairs.iter().map(|u| u.exchange.len()).sum();
-        let mut me = Self {
-            starts: Vec::with_capacity(pairs.len() * (TILE + 1)),
-            tiles: Vec::with_capacity(pairs.len()),
-            columns: Vec::with_capacity(count),
-            exchange: Vec::with_capacity(count),
-        };
-        for (k, pairs) in pairs.iter().enumerate() {
-            me.starts.extend_from_slice(&pairs.starts);
-            me.starts.resize((k + 1) * (TILE + 1), pairs.columns.len() as u16);
-            me.tiles.push(me.columns.len());
-            me.columns.extend_from_slice(&pairs.columns);
-            me.exchange.extend_from_slice(&pairs.exchange);
+    fn new(tiles: &[TilePairs]) -> Self {
+        let count = tiles.iter().map(TilePairs::len).sum();
+        let mut me = Self { starts: vec![0], pairs: TilePairs::with_capacity(count) };
+        for TilePairs { rows, columns, exchange } in tiles {
+            me.pairs.rows.extend_from_slice(rows);
+            me.pairs.columns.extend_from_slice(columns);
+            me.pairs.exchange.extend_from_slice(exchange);
+            me.starts.push(me.pairs.len());
         }
         me
     }
 
-    /// Number of entries of a tile.
-    fn len(&self, tile: TileId) -> usize {
-        usize::from(self.starts[(tile.index() + 1) * (TILE + 1) - 1])
+    /// The entries of a tile.
+    fn tile(&self, tile: TileId) -> impl Iterator<Item = (u8, u8, f32)> {
+        self.pairs.entries(self.starts[tile.index()]..self.starts[tile.index() + 1])
     }
+}
 
-    /// Columns and exchange of row `k` of a tile.
-    fn row(&self, tile: TileId, k: usize) -> impl Iterator<Item = (u8, f32)> {
-        let tile = tile.index();
-        let starts = &self.starts[tile * (TILE + 1) + k..][..2];
-        let [from, to] = [0, 1].map(|n| self.tiles[tile] + usize::from(starts[n]));
-        self.columns[from..to].iter().copied().zip(self.exchange[from..to].iter().copied())
+/// Where the upper half of the matrix is.
+#[derive(Clone, Copy)]
+enum Upper<'a> {
+    Kept(&'a [Column]),
+    Found(&'a dyn FoundPairs),
+}
+
+impl Upper<'_> {
+    /// Hands over what the patches of two tiles exchange.
+    fn each(
+        self,
+        pairs: &Pairs<'_>,
+        [a, b]: [TileId; 2],
+        each: impl FnMut((u8, u8, f32)),
+    ) -> Result<(), EngineError> {
+        match self {
+            Self::Kept(columns) => columns[b.index()].tile(a).for_each(each),
+            Self::Found(found) => {
+                let tiles = found.pairs(number([a, b]));
+                let tiles = tiles.map_err(|e| EngineError::Found(e.to_string()))?;
+                if !fits(&pairs.model, [a, b], &tiles) {
+                    let problem = "what patches are said to exchange is out of bounds";
+                    return Err(EngineError::Found(problem.into()));
+                }
+                tiles.entries(0..tiles.len()).for_each(each);
+            }
+        }
+        Ok(())
     }
 }
 
@@ -87,14 +94,8 @@ pub(super) fn make(
     for wave in tiles.chunks(WAVE) {
         let of_wave: Vec<[TileId; 2]> =
             wave.iter().flat_map(|&b| tiles[..=b.index()].iter().map(move |&a| [a, b])).collect();
-        let upper_half = |&tiles| {
-            progress.advance(0)?;
-            Ok(upper_half(pairs, tiles))
-        };
-        let made: Result<Vec<Upper>, Cancelled> =
-            of_wave.par_iter().with_max_len(4).map(upper_half).collect();
-        let made = made?;
-        entries += 2 * made.iter().map(|u| u.exchange.len() as u64).sum::<u64>();
+        let made = evaluated(pairs, &of_wave, 0, progress)?;
+        entries += 2 * made.iter().map(|tiles| tiles.len() as u64).sum::<u64>();
         if entries * entry_bytes(&Weights::Each(Vec::new())) > room {
             return Err(SinkError::Memory { allowed: room }.into());
         }
@@ -106,58 +107,125 @@ pub(super) fn make(
         progress.advance(done as u64)?;
     }
     for wave in tiles.chunks(WAVE) {
-        let made: Vec<RowBlock> = wave
-            .par_iter()
-            .with_max_len(1)
-            .map(|&tile| rows(pairs, accounts, tile, &upper))
-            .collect();
-        made.into_iter().try_for_each(|block| sink.take(block))?;
+        write(pairs, accounts, wave, Upper::Kept(&upper), sink)?;
         wave.iter().for_each(|tile| upper[tile.index()] = Column::default());
         progress.advance(0)?;
     }
     Ok(())
 }
 
+/// The same from pairs that were found elsewhere: nothing is evaluated.
+pub(super) fn join(
+    pairs: &Pairs<'_>,
+    accounts: &Accounts<'_>,
+    found: &dyn FoundPairs,
+    sink: &mut dyn RowSink,
+    progress: &dyn Progress,
+) -> Result<(), AssembleError> {
+    pairs.add_tally(found.tally());
+    let tree = &pairs.model.tree;
+    let tiles: Vec<TileId> = tree.tiles().collect();
+    for wave in tiles.chunks(WAVE) {
+        write(pairs, accounts, wave, Upper::Found(found), sink)?;
+        let done = wave.iter().map(|&t| tree.tile(t).len()).sum::<usize>();
+        progress.advance(done as u64)?;
+    }
+    Ok(())
+}
+
+/// Evaluates pairs of tiles by their numbers; see [`Exact::evaluate`](super::Exact::evaluate).
+pub(super) fn evaluate(
+    pairs: &Pairs<'_>,
+    numbers: &[u64],
+    room: u64,
+    progress: &dyn Progress,
+) -> Result<(Vec<TilePairs>, PairsTally), AssembleError> {
+    /// Evaluated together.
+    const PART: usize = 256;
+    let tiles: Vec<[TileId; 2]> = numbers.iter().map(|&number| tiles_of(number)).collect();
+    let (mut made, mut bytes) = (Vec::with_capacity(tiles.len()), 0);
+    pairs.take_tally();
+    for tiles in tiles.chunks(PART) {
+        made.extend(evaluated(pairs, tiles, 1, progress)?);
+        bytes += made[made.len() - tiles.len()..].iter().map(TilePairs::bytes).sum::<u64>();
+        if bytes > room {
+            return Err(SinkError::Memory { allowed: room }.into());
+        }
+    }
+    Ok((made, pairs.take_tally()))
+}
+
+/// Evaluates pairs of tiles on all threads; advances `progress` by `step` for each.
+fn evaluated(
+    pairs: &Pairs<'_>,
+    tiles: &[[TileId; 2]],
+    step: u64,
+    progress: &dyn Progress,
+) -> Result<Vec<TilePairs>, Cancelled> {
+    let one = |&tiles: &[TileId; 2]| {
+        progress.advance(0)?;
+        let found = tile_pairs(pairs, tiles);
+        progress.advance(step)?;
+        Ok(found)
+    };
+    tiles.par_iter().with_max_len(4).map(one).collect()
+}
+
 /// Evaluates the pairs of two tiles.
-fn upper_half(pairs: &Pairs<'_>, tiles: [TileId; 2]) -> Upper {
+fn tile_pairs(pairs: &Pairs<'_>, tiles: [TileId; 2]) -> TilePairs {
     let [rows, columns] = tiles.map(|tile| pairs.model.tree.tile(tile));
-    let mut upper = Upper { starts: vec![0], ..Upper::default() };
+    let mut found = TilePairs::default();
     pairs.tile(&pairs.task(Wanted::All), tiles, |i, j, s| {
-        upper.starts.resize(rows.offset(i) + 1, upper.columns.len() as u16);
-        upper.columns.push(columns.offset(j) as u8);
-        upper.exchange.push(s);
+        found.rows.push(rows.offset(i) as u8);
+        found.columns.push(columns.offset(j) as u8);
+        found.exchange.push(s);
     });
-    upper.starts.resize(rows.len() + 1, upper.columns.len() as u16);
-    upper.columns.shrink_to_fit();
-    upper.exchange.shrink_to_fit();
-    upper
+    found.shrink_to_fit();
+    found
+}
+
+/// Hands over the rows of some tiles.
+fn write(
+    pairs: &Pairs<'_>,
+    accounts: &Accounts<'_>,
+    tiles: &[TileId],
+    upper: Upper<'_>,
+    sink: &mut dyn RowSink,
+) -> Result<(), AssembleError> {
+    let of_tile = |&tile: &TileId| rows(pairs, accounts, tile, upper);
+    let made: Result<Vec<RowBlock>, EngineError> =
+        tiles.par_iter().with_max_len(1).map(of_tile).collect();
+    made?.into_iter().try_for_each(|block| Ok(sink.take(block)?))
 }
 
 /// The rows of a tile.
-fn rows(pairs: &Pairs<'_>, accounts: &Accounts<'_>, tile: TileId, upper: &[Column]) -> RowBlock {
+fn rows(
+    pairs: &Pairs<'_>,
+    accounts: &Accounts<'_>,
+    tile: TileId,
+    upper: Upper<'_>,
+) -> Result<RowBlock, EngineError> {
     let model = &pairs.model;
     let tree = &model.tree;
     let own = tree.tile(tile);
     let n = model.len();
     let mut dense = vec![0.0_f32; own.len() * n];
-    let at = |row: Place, column: Place| own.offset(row) * n + tree.order[column.index()].index();
     let mut count = 0;
     for other in tree.tiles() {
-        let (a, b) = (tile.min(other), tile.max(other));
-        let (rows, columns) = (tree.tile(a), tree.tile(b));
-        let pairs = &upper[b.index()];
-        count += pairs.len(a) * if a == b { 2 } else { 1 };
-        for i in rows.iter() {
-            for (c, s) in pairs.row(a, rows.offset(i)) {
-                let j = Place(columns.first().0 + u32::from(c));
-                if a == tile {
-                    dense[at(i, j)] = s;
-                }
-                if b == tile {
-                    dense[at(j, i)] = s;
-                }
+        let tiles = [tile.min(other), tile.max(other)];
+        let [rows, columns] = tiles.map(|tile| tree.tile(tile));
+        let [of_rows, of_columns] = [rows, columns].map(|places| tree.patches(places));
+        upper.each(pairs, tiles, |(row, column, s)| {
+            let (row, column) = (usize::from(row), usize::from(column));
+            if tiles[0] == tile {
+                dense[row * n + of_columns[column].index()] = s;
+                count += 1;
             }
-        }
+            if tiles[1] == tile {
+                dense[column * n + of_rows[row].index()] = s;
+                count += 1;
+            }
+        })?;
     }
     let ids = tree.patches(own).to_vec();
     let mut block = RowBlock { ids, starts: vec![0], ..RowBlock::default() };
@@ -173,5 +241,5 @@ fn rows(pairs: &Pairs<'_>, accounts: &Accounts<'_>, tile: TileId, upper: &[Colum
         block.accounts.push(accounts.of(model, id, sum, &mut rays));
     }
     block.weights = Weights::Each(weights);
-    block
+    Ok(block)
 }

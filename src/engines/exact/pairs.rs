@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::effort::Effort;
 use super::model::Model;
 use super::places::{Place, TileId, Wanted};
-use super::tally::Tally;
+use super::tally::PairsTally;
 use super::tile::{Task, TileBuffers};
 use crate::patches::PatchId;
 use crate::progress::{Cancelled, Progress};
@@ -18,7 +18,7 @@ pub(super) struct Pairs<'a> {
     pub effort: Effort,
     seed: u32,
     buffers: Mutex<Vec<TileBuffers>>,
-    tally: Mutex<Tally>,
+    tally: Mutex<PairsTally>,
 }
 
 /// What pairs of patches exchange, in m².
@@ -57,9 +57,7 @@ impl<'a> Pairs<'a> {
         let mut buffers = reused.unwrap_or_default();
         task.tile(tiles, &mut buffers, each);
         let tally = std::mem::take(&mut buffers.tally);
-        let mut sum = self.tally.lock().unwrap_or_else(PoisonError::into_inner);
-        *sum = sum.and(tally);
-        drop(sum);
+        self.add_tally(tally);
         all().push(buffers);
     }
 
@@ -130,13 +128,19 @@ impl<'a> Pairs<'a> {
         Ok(ExchangeRows { row_of, rows })
     }
 
+    /// Adds what was done elsewhere.
+    pub fn add_tally(&self, more: PairsTally) {
+        let mut sum = self.tally.lock().unwrap_or_else(PoisonError::into_inner);
+        *sum = sum.and(more);
+    }
+
     /// What was done so far.
-    pub fn tally(&self) -> Tally {
+    pub fn tally(&self) -> PairsTally {
         *self.tally.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// What was done so far, which is forgotten.
-    pub fn take_tally(&self) -> Tally {
+    pub fn take_tally(&self) -> PairsTally {
         std::mem::take(&mut *self.tally.lock().unwrap_or_else(PoisonError::into_inner))
     }
 }

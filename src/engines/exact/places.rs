@@ -62,6 +62,11 @@ impl Places {
         Place(self.from)
     }
 
+    /// The place that is so far from the first.
+    pub fn at(self, offset: usize) -> Place {
+        Place(self.from + offset as u32)
+    }
+
     pub fn len(self) -> usize {
         self.to.saturating_sub(self.from) as usize
     }

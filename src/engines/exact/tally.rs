@@ -1,42 +1,47 @@
 //! Sums over pairs: how many, and the squares of their factors and errors. They do not depend on
 //! the order of the pairs.
 
+use serde::{Deserialize, Serialize};
+
 use super::model::Model;
 use super::places::Place;
 
-/// What was done so far.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Tally {
+/// Sums over pairs of patches.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct PairsTally {
     /// Pairs that exchange anything.
     pub pairs: u64,
     /// Pairs with possible blockers.
     pub partly: u64,
     /// Shadow rays.
     pub rays: u64,
-    /// Sum of the squares of the factors both ways, and of their errors, over the square of the
-    /// root-mean-square factor, in units of 2⁻³²: sums of integers do not depend on their order.
+    /// Sum of the squares of the factors both ways, over the square of the root-mean-square factor,
+    /// in units of 2⁻³²: sums of integers do not depend on their order.
     pub squares: u128,
+    /// Sum of the squares of their errors, in the same unit.
     pub errors: u128,
     /// The part of `errors` that is due to rays packed over neighbouring pairs.
     pub ray_errors: u128,
 }
 
-/// A sum of squares as a [`Tally`] keeps it.
+/// A sum of squares as a [`PairsTally`] keeps it.
 fn fixed(sum: f64) -> u128 {
     (sum * 4_294_967_296.0) as u128
 }
 
-/// The sum that a [`Tally`] keeps, over the square of the root-mean-square factor.
+/// The sum that a [`PairsTally`] keeps, over the square of the root-mean-square factor.
 pub(super) fn unfixed(sum: u128) -> f64 {
     sum as f64 / 4_294_967_296.0
 }
 
-impl Tally {
+impl PairsTally {
+    /// The sums over the pairs of both.
+    #[must_use]
     pub fn and(self, other: Self) -> Self {
         Self {
-            pairs: self.pairs + other.pairs,
-            partly: self.partly + other.partly,
-            rays: self.rays + other.rays,
+            pairs: self.pairs.saturating_add(other.pairs),
+            partly: self.partly.saturating_add(other.partly),
+            rays: self.rays.saturating_add(other.rays),
             squares: self.squares.saturating_add(other.squares),
             errors: self.errors.saturating_add(other.errors),
             ray_errors: self.ray_errors.saturating_add(other.ray_errors),
@@ -81,15 +86,15 @@ impl<'a> TileSums<'a> {
         }
     }
 
-    pub fn tally(&self) -> Tally {
+    pub fn tally(&self) -> PairsTally {
         let unit = self.model.rms_factor * self.model.rms_factor;
-        Tally {
+        PairsTally {
             pairs: self.pairs,
             partly: self.partly,
             squares: fixed(self.square / unit),
             errors: fixed(self.error / unit),
             ray_errors: fixed(self.ray_error / unit),
-            ..Tally::default()
+            ..PairsTally::default()
         }
     }
 }

@@ -188,7 +188,7 @@ fn an_occluded_room_is_as_rays_find_it() {
 fn factor_between(t: &[[DVec3; 3]], first: usize, size: f64, error: f64) -> f64 {
     let g = scene(t, Sides::One);
     let p = Patches::uniform(&g, size).unwrap();
-    let rows = rows_of(&g, &p, ExactOptions { error, seed: 0 });
+    let rows = rows_of(&g, &p, ExactOptions { error, ..ExactOptions::default() });
     let own = |id: &PatchId| p.cell(*id).triangle.index() < first;
     let (mut flux, mut area) = (0.0, 0.0);
     for id in p.ids().filter(own) {
@@ -384,7 +384,7 @@ fn the_visible_fraction_is_weighted_by_the_kernel() {
     let g = scene(&t, Sides::One);
     let p = Patches::uniform(&g, 10.0).unwrap();
     for (error, bound) in [(1e-3, 2e-3), (1e-4, 6e-4), (1e-5, 6e-4)] {
-        let fraction = visible_fraction(&g, &p, ExactOptions { error, seed: 0 });
+        let fraction = visible_fraction(&g, &p, ExactOptions { error, ..ExactOptions::default() });
         // Integrated apart, with what lines along the edge exchange in closed form. What lies
         // within 1e-4 of the edge is hidden least, and weighs 2.5e-4.
         assert!((fraction - 0.783_874).abs() < bound, "{error}: {fraction}");
@@ -426,7 +426,8 @@ fn rays_between_touching_patches_go_by_solid_angle() {
         .sum();
     let expected = 0.5 * expected / 0.200_043_776_1;
     for seed in 0..8 {
-        let fraction = visible_fraction(&g, &p, ExactOptions { error: 1e-4, seed });
+        let fraction =
+            visible_fraction(&g, &p, ExactOptions { error: 1e-4, seed, ..ExactOptions::default() });
         assert!((fraction - expected).abs() < 0.01, "{seed}: {fraction} {expected}");
     }
 }

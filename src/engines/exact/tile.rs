@@ -11,7 +11,7 @@ use super::polygon::facing;
 use super::samples::pair_seed;
 use super::shadow_rays::{SampledPair, ShadowRays};
 use super::sight::{Sight, Sights, Sorting};
-use super::tally::{Tally, TileSums};
+use super::tally::{PairsTally, TileSums};
 use super::tree::TILE;
 use super::unoccluded::exchange;
 use super::visible::{PairBuffers, visible};
@@ -29,7 +29,7 @@ pub(super) struct TileBuffers {
     row: [Lanes; TILE / LANES],
     rays: ShadowRays,
     pair: PairBuffers,
-    pub tally: Tally,
+    pub tally: PairsTally,
 }
 
 impl Default for TileBuffers {
@@ -39,7 +39,7 @@ impl Default for TileBuffers {
             row: [[0.0; LANES]; TILE / LANES],
             rays: ShadowRays::default(),
             pair: PairBuffers::default(),
-            tally: Tally::default(),
+            tally: PairsTally::default(),
         }
     }
 }

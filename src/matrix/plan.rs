@@ -1,0 +1,160 @@
+//! A matrix in parts, made by several processes: the plan that they share, and one part.
+
+use serde::{Deserialize, Serialize};
+
+use super::error::MatrixError;
+use super::options::MatrixOptions;
+use super::stored::{hexadecimal, same_with, subdivide};
+use crate::engines::{EngineOptions, Exact, ExactOptions, PairsTally, TilePairs, Tiling};
+use crate::patches::{Patches, warn_of_contacts};
+use crate::progress::Progress;
+use crate::scene::Geometry;
+use crate::visibility::Bvh;
+
+/// How a matrix is made in parts. It depends on the model and on what is asked for alone: not on
+/// how many parts there will be.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Plan {
+    /// Name of the scene.
+    pub scene: String,
+    /// [Fingerprint](Geometry::fingerprint) of its geometry, in hexadecimal.
+    pub fingerprint: String,
+    /// Largest area of a patch, m²; none if every triangle is one.
+    pub patch_size: Option<f64>,
+    /// Number of patches.
+    pub patches: u64,
+    /// Fingerprint of the patches, in hexadecimal.
+    pub mesh: String,
+    /// [`ExactOptions::error`].
+    pub error: f64,
+    /// [`ExactOptions::seed`].
+    pub seed: u32,
+    /// How pairs are cut into pairs of tiles, and how much work they get.
+    pub tiling: Tiling,
+}
+
+/// Some pairs of tiles of a matrix: those whose number leaves the remainder `number - 1` when it is
+/// divided by `of`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Part {
+    /// Which part, 1..=of.
+    pub number: u32,
+    /// Number of parts, 1 or more.
+    pub of: u32,
+    /// What was done.
+    pub tally: PairsTally,
+    /// The pairs of tiles, by number.
+    pub tiles: Vec<TilePairs>,
+}
+
+impl Plan {
+    /// Plans the matrix of a model. `options` are of the exact engine; closure and threshold are
+    /// for later.
+    ///
+    /// # Errors
+    /// If the options do not suit the model, or `progress` stops it.
+    pub fn new(
+        geometry: &Geometry,
+        options: &MatrixOptions,
+        progress: &dyn Progress,
+    ) -> Result<Self, MatrixError> {
+        let EngineOptions::Exact(exact) = options.engine else { return Err(MatrixError::Parts) };
+        progress.stage("plan", 0);
+        let bvh = Bvh::new(geometry);
+        let patches = subdivide(geometry, &bvh, options.patch_size, progress)?;
+        warn_of_contacts(&patches, progress);
+        let engine = exact_engine(geometry, (&patches, &bvh), exact, progress)?;
+        Ok(Self {
+            scene: String::new(),
+            fingerprint: hexadecimal(&geometry.fingerprint()),
+            patch_size: options.patch_size,
+            patches: patches.len() as u64,
+            mesh: patches.fingerprint(),
+            error: exact.error,
+            seed: exact.seed,
+            tiling: engine.tiling(),
+        })
+    }
+
+    /// The engine's options.
+    #[must_use]
+    pub fn exact(&self) -> ExactOptions {
+        let ray_scale = Some(self.tiling.ray_scale);
+        ExactOptions { error: self.error, seed: self.seed, ray_scale }
+    }
+
+    /// Checksum of all that it says, in hexadecimal.
+    #[must_use]
+    pub fn checksum(&self) -> String {
+        let mut hasher = blake3::Hasher::new();
+        let texts = [&self.fingerprint, &self.mesh, &self.tiling.order];
+        texts.iter().for_each(|text| {
+            hasher.update(text.as_bytes());
+        });
+        let area = self.patch_size.unwrap_or(f64::INFINITY);
+        for number in [area, self.error, self.tiling.ray_scale] {
+            hasher.update(&number.to_le_bytes());
+        }
+        for number in [self.patches, self.seed.into(), self.tiling.tiles.into()] {
+            hasher.update(&number.to_le_bytes());
+        }
+        hasher.finalize().to_hex().to_string()
+    }
+
+    /// Makes part `number` (1..=of) of a matrix that is made in `of` parts, within `memory` bytes.
+    ///
+    /// # Errors
+    /// If the model is not the plan's, there is not enough memory, or `progress` stops it.
+    pub fn part(
+        &self,
+        geometry: &Geometry,
+        (number, of): (u32, u32),
+        memory: u64,
+        progress: &dyn Progress,
+    ) -> Result<Part, MatrixError> {
+        self.check_geometry(geometry)?;
+        let bvh = Bvh::new(geometry);
+        let patches = subdivide(geometry, &bvh, self.patch_size, progress)?;
+        let engine = exact_engine(geometry, (&patches, &bvh), self.exact(), progress)?;
+        self.check(&patches, &engine)?;
+        let numbers: Vec<u64> = self.numbers((number, of)).collect();
+        progress.stage("pairs of tiles", numbers.len() as u64);
+        let (tiles, tally) = engine.evaluate(&numbers, memory, progress)?;
+        Ok(Part { number, of, tally, tiles })
+    }
+
+    /// The numbers of the pairs of tiles that a part consists of.
+    pub fn numbers(&self, (number, of): (u32, u32)) -> impl Iterator<Item = u64> + use<> {
+        (u64::from(number.saturating_sub(1))..self.tiling.pairs()).step_by(of.max(1) as usize)
+    }
+
+    /// Refuses another model.
+    pub(super) fn check_geometry(&self, geometry: &Geometry) -> Result<(), MatrixError> {
+        match hexadecimal(&geometry.fingerprint()) == self.fingerprint {
+            true => Ok(()),
+            false => Err(MatrixError::Foreign {
+                scene: self.scene.clone(),
+                same_with: same_with(geometry, &self.fingerprint),
+            }),
+        }
+    }
+
+    /// Refuses other patches, and other tiles.
+    pub(super) fn check(&self, patches: &Patches, engine: &Exact<'_>) -> Result<(), MatrixError> {
+        let same = patches.len() as u64 == self.patches
+            && patches.fingerprint() == self.mesh
+            && engine.tiling() == self.tiling;
+        if same { Ok(()) } else { Err(MatrixError::Replan) }
+    }
+}
+
+/// The exact engine for these patches.
+pub(super) fn exact_engine<'a>(
+    geometry: &'a Geometry,
+    (patches, bvh): (&'a Patches, &'a Bvh),
+    options: ExactOptions,
+    progress: &'a dyn Progress,
+) -> Result<Exact<'a>, MatrixError> {
+    patches.find_fragments(progress)?;
+    Ok(Exact::new(geometry, patches, bvh, options, progress)?)
+}
