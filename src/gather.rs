@@ -46,6 +46,7 @@ mod outlook;
 mod pixels;
 mod points;
 mod surfaces;
+mod table;
 
 pub(crate) use calm::{Calm, Known};
 pub use estimate::{Estimate, Place, Probe};
@@ -54,3 +55,4 @@ pub(crate) use options::NOISE;
 pub use options::{FEWEST_RAYS, GatherOptions, MOST_RAYS};
 pub(crate) use pixels::{Buffers, Near, Receiving, Reflected};
 pub(crate) use surfaces::Surfaces;
+pub use table::{COLUMNS, MEASURED, Table, TableError};

@@ -1,7 +1,6 @@
 //! Tables of points: read from CSV, or made as a grid, and written again with what was measured.
 
-use glam::DVec3;
-use hemicube::gather::{Estimate, Place, Probe};
+use hemicube::gather::{self, COLUMNS, Estimate, MEASURED, Place, Probe};
 use hemicube::scene::luminance;
 
 use crate::args::{size, vector};
@@ -10,106 +9,18 @@ use crate::plan::Plane;
 /// Points with what else is in their table.
 #[derive(Debug)]
 pub struct Table {
-    /// The header without the columns that measuring adds.
-    header: String,
-    /// Each row's text without them.
-    rows: Vec<String>,
-    /// Each row's point and normal.
-    pub probes: Vec<Probe>,
+    pub points: gather::Table,
     /// The work plane that they are the cells of.
     pub plane: Option<Plane>,
 }
-
-/// Columns that every table has.
-const NEEDED: [&str; 6] = ["x", "y", "z", "nx", "ny", "nz"];
-
-/// Columns that measuring adds; older ones of the same name make way.
-const ADDED: [&str; 6] = ["E_r", "E_g", "E_b", "E", "error", "place"];
 
 /// Most points of a grid.
 const MOST_CELLS: usize = 10_000_000;
 
 /// Reads a table; `name` is what errors call it.
 pub fn read(name: &str, text: &str) -> Result<Table, String> {
-    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let mut lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
-    let Some((_, header)) = lines.next() else {
-        return Err(format!(
-            "{name}: empty; the first line has to name the columns x,y,z,nx,ny,nz"
-        ));
-    };
-    let header = fields(header);
-    let titles: Vec<&str> = header.iter().map(|f| f.trim().trim_matches('"').trim()).collect();
-    let mut columns = [0; 6];
-    for (column, title) in columns.iter_mut().zip(NEEDED) {
-        let mut found = titles.iter().enumerate().filter(|(_, t)| **t == title).map(|(at, _)| at);
-        *column = found.next().ok_or_else(|| {
-            format!(
-                "{name}: line 1: no column '{title}'; the first line has to name x,y,z,nx,ny,nz, \
-                 and has {}",
-                titles.join(",")
-            )
-        })?;
-        if found.next().is_some() {
-            return Err(format!("{name}: line 1: two columns '{title}'; leave one out"));
-        }
-    }
-    let kept = |row: &[&str]| -> String {
-        let stay = |(_, title): &(&&str, &&str)| !ADDED.contains(title);
-        let row: Vec<&str> = row.iter().zip(&titles).filter(stay).map(|(f, _)| *f).collect();
-        row.join(",")
-    };
-    let (mut rows, mut probes) = (Vec::new(), Vec::new());
-    for (number, line) in lines {
-        let place = format!("{name}: line {}", number + 1);
-        let row = fields(line);
-        if row.len() != titles.len() {
-            return Err(format!(
-                "{place}: {} fields, but the first line names {} columns",
-                row.len(),
-                titles.len()
-            ));
-        }
-        probes.push(probe(&place, &row, columns)?);
-        rows.push(kept(&row));
-    }
-    if probes.is_empty() {
-        return Err(format!("{name}: no points; each line after the first has to hold one"));
-    }
-    Ok(Table { header: kept(&header), rows, probes, plane: None })
-}
-
-/// The point and the normal of a row.
-fn probe(place: &str, row: &[&str], columns: [usize; 6]) -> Result<Probe, String> {
-    let mut numbers = [0.0; 6];
-    for ((number, column), title) in numbers.iter_mut().zip(columns).zip(NEEDED) {
-        let field = row[column].trim().trim_matches('"');
-        *number = field.parse().ok().filter(|n: &f64| n.is_finite()).ok_or_else(|| {
-            format!("{place}, column {title}: '{field}' is not a number; write it like -1.25")
-        })?;
-    }
-    let [x, y, z, nx, ny, nz] = numbers;
-    let normal = DVec3::new(nx, ny, nz).try_normalize().ok_or_else(|| {
-        format!("{place}, columns nx,ny,nz: the normal has no direction; upwards is 0,1,0")
-    })?;
-    Ok(Probe { point: DVec3::new(x, y, z), normal })
-}
-
-/// The fields of a line; commas between quotation marks part none.
-fn fields(line: &str) -> Vec<&str> {
-    let (mut fields, mut from, mut quoted) = (Vec::new(), 0, false);
-    for (at, c) in line.char_indices() {
-        match c {
-            '"' => quoted = !quoted,
-            ',' if !quoted => {
-                fields.push(&line[from..at]);
-                from = at + 1;
-            }
-            _ => {}
-        }
-    }
-    fields.push(&line[from..]);
-    fields
+    let points = gather::Table::parse(text).map_err(|e| format!("{name}: {e}"))?;
+    Ok(Table { points, plane: None })
 }
 
 /// The centres of the cells of a grid over a parallelogram: a corner, two edges, and the cells
@@ -137,14 +48,16 @@ pub fn grid(values: &[String]) -> Result<Table, String> {
         probes.push(Probe { point, normal });
     }
     let plane = Some(Plane { u, v, cells: [nu, nv] });
-    Ok(Table { header: format!("i,j,{}", NEEDED.join(",")), rows, probes, plane })
+    let points = gather::Table { header: format!("i,j,{}", COLUMNS.join(",")), rows, probes };
+    Ok(Table { points, plane })
 }
 
 impl Table {
     /// The table with what was measured, as CSV.
     pub fn with(&self, found: &[Estimate]) -> String {
-        let mut text = format!("{},{}\n", self.header, ADDED.join(","));
-        for (row, e) in self.rows.iter().zip(found) {
+        let gather::Table { header, rows, .. } = &self.points;
+        let mut text = format!("{header},{}\n", MEASURED.join(","));
+        for (row, e) in rows.iter().zip(found) {
             let h = e.irradiance;
             let numbers = [h.x, h.y, h.z, luminance(h), error(e)].map(number);
             let place = match e.place {

@@ -51,7 +51,7 @@ pub fn run(args: &Probe) -> Result<(), Failure> {
     outputs::check(&files, inputs(&scene, &args.input, &args.light).chain(&args.points))?;
     let quiet = args.light.run.quiet;
     input::say_findings(&scene, quiet);
-    let first = table.probes.first();
+    let first = table.points.probes.first();
     // Off the surface that it lies on.
     let ahead = |model: &Model<'_>| {
         first.map_or(DVec3::ZERO, |p| p.point + p.normal * (1e-3 * model.size()))
@@ -70,9 +70,9 @@ pub fn run(args: &Probe) -> Result<(), Failure> {
     let samples = args.rays.unwrap_or(usual.samples);
     let options = GatherOptions { samples, seed, error: args.light.error_of_light(), ..usual };
     let gatherer = Gatherer::new(&scene, &solution, &field, &bvh, options);
-    bar.stage("points", table.probes.len() as u64);
-    let mut found = gatherer.all(&table.probes, &bar)?;
-    tell_outside(&mut found, &table.probes, &scene, &bvh);
+    bar.stage("points", table.points.probes.len() as u64);
+    let mut found = gatherer.all(&table.points.probes, &bar)?;
+    tell_outside(&mut found, &table.points.probes, &scene, &bvh);
     bar.finish();
     let seconds = start.elapsed().as_secs_f64();
     let text = table.with(&found);

@@ -1,0 +1,105 @@
+//! What follows once something was read: a short way through the library, and whether anything came
+//! of it that no light can be.
+
+use std::path::Path;
+
+use hemicube::engines::{EngineOptions, RaysOptions};
+use hemicube::export::{read_factors, read_scene, read_sources, read_store};
+use hemicube::matrix::Rows;
+use hemicube::patches::Patches;
+use hemicube::scene::{Rgb, Scene, inspect};
+use hemicube::solution::Solution;
+use hemicube::{GatherOptions, LightOptions, LitScene, MatrixOptions, Probe, Silent, View};
+
+use crate::kinds::Found;
+use crate::read::text;
+
+/// Bytes that work may take.
+pub const MEMORY: u64 = 1 << 28;
+
+/// Models of more triangles are not lit.
+const MOST_LIT: usize = 500;
+
+/// Those of more have no matrix made.
+const MOST_ROWS: usize = 40;
+
+/// Few patches and few rays.
+pub fn light_options(scene: &Scene) -> LightOptions {
+    LightOptions {
+        patch_size: Some(Patches::area_adding(&scene.geometry, 40)),
+        engine: EngineOptions::Rays(RaysOptions { samples: 32, seed: 0 }),
+        memory: MEMORY,
+        ..LightOptions::default()
+    }
+}
+
+/// Looks at a scene, and does one of several things with it. All may be refused; what comes of it
+/// must be finite.
+pub fn scene(scene: &Scene) {
+    let _ = inspect(scene);
+    let way = scene.geometry.fingerprint()[0] % 4;
+    if way == 0 && scene.geometry.len() <= MOST_ROWS {
+        check_matrix(scene);
+    } else if scene.geometry.len() <= MOST_LIT {
+        let Ok(lit) = scene.light(&light_options(scene), &Silent) else { return };
+        check_light(&lit.solution);
+        match way {
+            1 => check_points(&lit),
+            2 => check_picture(&lit),
+            _ => {}
+        }
+    }
+}
+
+/// Light at a corner of the model.
+fn check_points(lit: &LitScene<'_>) {
+    let (point, normal) = (lit.scene.geometry.vertices[0], lit.scene.up.normalize_or_zero());
+    let options = GatherOptions { samples: 256, shadow: 128, ..GatherOptions::default() };
+    let found = lit.probe(&[Probe { point, normal }], options, &Silent).unwrap_or_default();
+    assert!(found.iter().all(|e| e.irradiance.is_finite()), "a point: {found:?}");
+}
+
+fn check_picture(lit: &LitScene<'_>) {
+    let Ok(mut view) = View::of(lit.scene) else { return };
+    (view.picture.width, view.picture.height, view.picture.samples) = (12, 8, 1);
+    let Ok(picture) = lit.look(&view, &Silent) else { return };
+    let known = picture.pixels.as_flattened().iter().all(|c| c.is_finite());
+    assert!(known, "a picture: {:?}", picture.pixels);
+}
+
+fn check_matrix(scene: &Scene) {
+    /// Rounding may leave a factor a little above 1.
+    const MOST: f64 = 1.01;
+    let options = MatrixOptions { memory: MEMORY, ..MatrixOptions::default() };
+    let Ok(matrix) = scene.form_factors(&options, &Silent) else { return };
+    let (mut columns, mut values) = (Vec::new(), Vec::new());
+    for i in 0..matrix.len() {
+        if matrix.row(i, &mut columns, &mut values).is_ok() {
+            let sound = values.iter().all(|f| (0.0..=MOST).contains(f));
+            assert!(sound, "row {i} of a matrix: {values:?}");
+        }
+    }
+}
+
+pub fn check_light(solution: &Solution) {
+    let sound = |h: &Rgb| h.is_finite() && h.min_element() >= 0.0;
+    let wrong = solution.irradiance.iter().find(|h| !sound(h));
+    assert!(wrong.is_none(), "irradiance of a patch: {wrong:?}");
+}
+
+/// Reads a file of solutions part by part, mixes them, and solves them for another reflectance.
+pub fn solutions(path: &Path) -> Found {
+    read_sources(path).map_err(text)?;
+    let mut read = read_scene(path).map_err(text)?;
+    scene(&read);
+    let store = read_store(path, &read, MEMORY, &Silent).map_err(text)?;
+    check_light(&store.mix(&read).map_err(text)?);
+    let factors = read_factors(path, MEMORY).map_err(text)?;
+    if !read.optics.materials.is_empty() {
+        read.optics.set_reflectance(0, Rgb::splat(0.3));
+    }
+    let options = light_options(&read);
+    let again = store.solve_mixed(&read, &factors, &options, &Silent).map_err(text)?;
+    check_light(&again.map_err(text)?);
+    Ok(())
+}
