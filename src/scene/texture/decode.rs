@@ -36,6 +36,11 @@ fn from_png(encoded: &[u8]) -> Result<Image, String> {
     // To 8 or 16 bits a channel, without palette.
     decoder.set_transformations(png::Transformations::EXPAND);
     let mut reader = decoder.read_info().map_err(text)?;
+    // The decoder counts on what it does not check.
+    let is_palette = |p: &[u8]| p.len().is_multiple_of(3) && p.len() <= 3 * 256;
+    if !reader.info().palette.as_deref().is_none_or(is_palette) {
+        return Err("its palette is no list of colours".into());
+    }
     let (colour, depth) = reader.output_color_type();
     let mut shrink = Shrink::new(width, height, colour.samples());
     let mut take = |row: &[u8]| match depth {
@@ -173,6 +178,19 @@ mod tests {
             texels_of(Grayscale, Sixteen, &[1, 128, 1, 130]),
             [[1, 1, 1, 255], [2, 2, 2, 255]]
         );
+    }
+
+    #[test]
+    fn a_palette_that_is_no_list_of_colours_is_refused() {
+        for colours in [3 * 2, 1, 3 * 2 - 1, 3 * 300] {
+            let mut file = Vec::new();
+            let mut encoder = png::Encoder::new(&mut file, 2, 1);
+            encoder.set_color(ColorType::Indexed);
+            encoder.set_palette(vec![9; colours]);
+            encoder.write_header().unwrap().write_image_data(&[0, 1]).unwrap();
+            let found = decode(&file, "t");
+            assert_eq!(found.is_ok(), colours == 6, "{colours}");
+        }
     }
 
     #[test]
