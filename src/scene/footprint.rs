@@ -13,16 +13,19 @@ pub struct Size {
     pub area: f64,
     /// Longest edge.
     pub longest: f64,
-    /// About how many texels it touches.
+    /// What it costs to cover it, as many times what a texel within it does.
     pub texels: f64,
 }
+
+/// A texel that an edge passes through is cut, which takes so many times as long as one within.
+const CUT: f64 = 16.0;
 
 /// The size of a triangle in texel space.
 pub fn size([a, b, c]: [DVec2; 3]) -> Size {
     let area = 0.5 * (b - a).perp_dot(c - a).abs();
     let edges = [(b - a).length(), (c - b).length(), (a - c).length()];
     let longest = edges.into_iter().fold(0.0, f64::max);
-    Size { area, longest, texels: area + edges.iter().sum::<f64>() }
+    Size { area, longest, texels: area + CUT * edges.iter().sum::<f64>() }
 }
 
 /// Evenly spread points of a triangle: the R2 sequence (Roberts 2018, "The Unreasonable

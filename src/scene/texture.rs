@@ -67,8 +67,8 @@ const TINY_FOOTPRINT: f64 = 2.0;
 /// fraction of a per cent of the texture's contrast.
 const FEWEST_POINTS: usize = 4096;
 
-/// Texels that all footprints on one texture may visit together before large ones are sampled:
-/// about a second of work.
+/// Texels that all footprints on one texture may cost together before large ones are sampled: some
+/// seconds of work.
 const TEXEL_BUDGET: f64 = (1_u64 << 28) as f64;
 
 /// Coordinates beyond this many texels say no place: their fraction is lost to rounding.
@@ -277,6 +277,15 @@ pub(super) mod tests {
         close(at(Wrap::Repeat, false, 3.25, -0.75), [1.0, 0.0, 0.0], 1e-12);
         close(at(Wrap::Mirror, false, 1.75, 0.25), [1.0, 0.0, 0.0], 1e-12);
         close(at(Wrap::Clamp, false, -5.0, -7.0), [1.0, 0.0, 0.0], 1e-12);
+    }
+
+    /// Footprints of a texel across cost as much as many texels within wide ones.
+    #[test]
+    fn long_thin_footprints_are_not_covered_one_by_one() {
+        let s = sampler(1, &[[255; 4]], Wrap::Repeat, false);
+        let thin = uv([[0.0, 0.0], [1.0, 0.0], [0.0, 1e6]]);
+        assert!(s.texel_share([thin; 4].into_iter()).is_infinite());
+        assert!(s.texel_share([thin; 16].into_iter()) < footprint::size(thin).texels);
     }
 
     #[test]
