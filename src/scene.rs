@@ -35,6 +35,7 @@ mod polygon;
 pub(crate) mod reread;
 mod rgb;
 pub(crate) mod shares;
+pub(crate) mod shortened;
 mod soup;
 mod source;
 mod stl;

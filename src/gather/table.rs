@@ -4,6 +4,7 @@ use glam::DVec3;
 use thiserror::Error;
 
 use super::estimate::Probe;
+use crate::scene::shortened::{abridged, shortened};
 
 /// Points with what else is in their table.
 #[derive(Debug)]
@@ -84,7 +85,8 @@ impl Table {
         let mut columns = [0; 6];
         for (at, column) in columns.iter_mut().zip(COLUMNS) {
             let mut found = (0..titles.len()).filter(|&at| titles[at] == column);
-            let missing = || TableError::Missing { column, found: titles.join(",") };
+            let missing =
+                || TableError::Missing { column, found: abridged(&titles.join(",")).into() };
             *at = found.next().ok_or_else(missing)?;
             if found.next().is_some() {
                 return Err(TableError::Twice(column));
@@ -119,7 +121,7 @@ fn probe(line: usize, row: &[&str], columns: [usize; 6]) -> Result<Probe, TableE
         let field = row[at].trim().trim_matches('"');
         let parsed = field.parse().ok().filter(|n: &f64| n.is_finite());
         *number =
-            parsed.ok_or_else(|| TableError::Number { line, column, field: field.to_owned() })?;
+            parsed.ok_or_else(|| TableError::Number { line, column, field: shortened(field) })?;
     }
     let [x, y, z, nx, ny, nz] = numbers;
     let normal = DVec3::new(nx, ny, nz).try_normalize().ok_or(TableError::Normal(line))?;

@@ -7,9 +7,10 @@
 use std::path::Path;
 
 use super::files::read_regular;
-use super::lines::{shortened, shown};
+use super::lines::shown;
 use super::optics::MOST_RADIANCE;
 use super::photometry::Photometry;
+use super::shortened::shortened;
 use super::source::{ImportError, Place, Source};
 use super::type_a::TypeA;
 use super::type_b::TypeB;

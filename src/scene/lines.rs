@@ -4,6 +4,7 @@ use std::borrow::Cow;
 
 use glam::DVec3;
 
+use super::shortened::shortened;
 use super::source::{ImportError, Place, Source};
 
 /// A statement: a keyword and what follows it on the same logical line.
@@ -122,13 +123,4 @@ pub fn vector(source: &Source<'_>, s: &Statement<'_>) -> Result<DVec3, ImportErr
 /// A number for a message: some have 300 digits.
 pub fn shown(x: f64) -> String {
     if x == 0.0 || (1e-6..1e15).contains(&x.abs()) { format!("{x}") } else { format!("{x:e}") }
-}
-
-/// A word for a message: noise can be megabytes long.
-pub fn shortened(word: &str) -> String {
-    const LONGEST: usize = 40;
-    if word.chars().count() <= LONGEST {
-        return word.into();
-    }
-    word.chars().take(LONGEST).chain(['…']).collect()
 }

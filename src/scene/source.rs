@@ -10,6 +10,7 @@ use glam::DVec3;
 
 use super::files::read_regular;
 use super::geometry::MAX_ELEMENTS;
+use super::shortened::{abridged, shortened};
 
 /// Why a model could not be read: the file, the place in it, and what to do.
 #[derive(Debug, thiserror::Error)]
@@ -44,7 +45,7 @@ pub enum ImportError {
         path: PathBuf,
     },
     /// Something in the file is wrong.
-    #[error("{}: {place}: {problem}; {remedy}", path.display())]
+    #[error("{}: {}; {remedy}", path.display(), abridged(&format!("{place}: {problem}")))]
     Malformed {
         /// The file.
         path: PathBuf,
@@ -57,8 +58,8 @@ pub enum ImportError {
     },
     /// The file needs an extension of its format that is not supported.
     #[error(
-        "{}: needs the extension {extension}, which is not supported; {remedy}",
-        path.display()
+        "{}: needs the extension {}, which is not supported; {remedy}",
+        path.display(), shortened(extension)
     )]
     Extension {
         /// The file.

@@ -10,7 +10,8 @@ use glam::DVec3;
 
 use super::Severity;
 use super::builder::SceneBuilder;
-use super::lines::{Statement, shortened, statements, vector};
+use super::lines::{Statement, statements, vector};
+use super::shortened::shortened;
 use super::soup::Soup;
 use super::source::{EXPORT_AGAIN, ImportError, Place, Source};
 

@@ -11,6 +11,7 @@ use crate::export::archive::{Archive, Kind, float, integer, text};
 use crate::matrix::{Origin, Stored};
 use crate::progress::Cancelled;
 use crate::scene::files::open_regular;
+use crate::scene::shortened::abridged;
 use crate::units::Bytes;
 
 /// Why a file of form factors cannot be read.
@@ -25,7 +26,7 @@ pub enum ReadError {
         source: std::io::Error,
     },
     /// It is something else, or broken.
-    #[error("{}: {problem}", path.display())]
+    #[error("{}: {}", path.display(), abridged(problem))]
     Broken {
         /// The file.
         path: PathBuf,

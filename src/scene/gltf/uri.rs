@@ -6,7 +6,7 @@ use base64::Engine;
 use base64::alphabet::STANDARD;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
 
-use crate::scene::lines::shortened;
+use crate::scene::shortened::shortened;
 use crate::scene::source::Source;
 
 /// Exporters disagree about padding.

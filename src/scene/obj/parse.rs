@@ -7,7 +7,8 @@ use glam::{DVec2, DVec3};
 
 use super::labels::{Block, labels};
 use crate::scene::Rgb;
-use crate::scene::lines::{Statement, number, shortened, statements, vector};
+use crate::scene::lines::{Statement, number, statements, vector};
+use crate::scene::shortened::shortened;
 use crate::scene::source::{ImportError, Place, Source};
 
 /// What an OBJ file says.

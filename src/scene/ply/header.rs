@@ -1,6 +1,6 @@
 //! The header of a PLY file: what follows, and in which form.
 
-use crate::scene::lines::shortened;
+use crate::scene::shortened::shortened;
 use crate::scene::source::{EXPORT_AGAIN, ImportError, Place, Source};
 
 /// Form of the numbers.

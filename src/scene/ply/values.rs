@@ -1,7 +1,8 @@
 //! The numbers of a PLY file, one after the other.
 
 use super::header::{Element, Form, Header, Kind};
-use crate::scene::lines::{shortened, shown};
+use crate::scene::lines::shown;
+use crate::scene::shortened::shortened;
 use crate::scene::source::{EXPORT_AGAIN, ImportError, Place, Source};
 
 /// Reads numbers and knows where it stands.

@@ -1,6 +1,7 @@
 //! The control values of a View3D file: what is to be computed, and how it is written.
 
-use crate::scene::lines::{number, shortened};
+use crate::scene::lines::number;
+use crate::scene::shortened::shortened;
 use crate::scene::source::{ImportError, Place, Source};
 use crate::scene::{SceneBuilder, Severity};
 

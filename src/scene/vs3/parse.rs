@@ -4,7 +4,8 @@ use glam::DVec3;
 
 use super::control::Control;
 use super::words::{Words, lines};
-use crate::scene::lines::{shortened, utf8};
+use crate::scene::lines::utf8;
+use crate::scene::shortened::shortened;
 use crate::scene::source::{ImportError, Place, Source};
 use crate::scene::{SceneBuilder, Severity};
 

@@ -1,6 +1,7 @@
 //! Lines and words of a View3D file.
 
-use crate::scene::lines::{number, shortened};
+use crate::scene::lines::number;
+use crate::scene::shortened::shortened;
 use crate::scene::source::{ImportError, Place, Source};
 
 /// Blanks, tabs and commas part words; a carriage return is left from the end of a line.
