@@ -143,9 +143,16 @@ impl Stored {
             let same_with = same_with(geometry, &self.origin.fingerprint);
             return Err(StoredError::Foreign { scene, same_with });
         }
-        let patches = subdivide(geometry, &Bvh::new(geometry), self.origin.patch_size, &Silent)?;
+        let rows = self.starts.len() - 1;
+        let patch_size = self.origin.patch_size;
+        // What a file claims may be a billion patches.
+        let claimed = Patches::uniform_count(geometry, patch_size.unwrap_or(f64::INFINITY))?;
+        if claimed > rows as u64 {
+            return Err(StoredError::Rows { rows, wanted: claimed as usize });
+        }
+        let patches = subdivide(geometry, &Bvh::new(geometry), patch_size, &Silent)?;
         let layout = Layout::new(geometry, &patches);
-        let (rows, wanted) = (self.starts.len() - 1, layout.len());
+        let wanted = layout.len();
         if rows != wanted {
             return Err(StoredError::Rows { rows, wanted });
         }

@@ -84,8 +84,12 @@ pub(super) fn exchanging_areas(geometry: &Geometry) -> impl Iterator<Item = f64>
     })
 }
 
-/// How often the sides of each triangle are split until no area exceeds `max_area` (m²).
-pub(super) fn uniform_levels(geometry: &Geometry, max_area: f64) -> Result<Vec<u8>, PatchesError> {
+/// How often the sides of each triangle are split until no area exceeds `max_area` (m²), and how
+/// many patches that makes.
+pub(super) fn uniform_levels(
+    geometry: &Geometry,
+    max_area: f64,
+) -> Result<(Vec<u8>, u64), PatchesError> {
     if max_area.is_nan() || max_area <= 0.0 {
         return Err(PatchesError::BadArea);
     }
@@ -101,5 +105,5 @@ pub(super) fn uniform_levels(geometry: &Geometry, max_area: f64) -> Result<Vec<u
         }
         levels.push(level);
     }
-    Ok(levels)
+    Ok((levels, count))
 }

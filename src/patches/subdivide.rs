@@ -28,9 +28,17 @@ impl Patches {
         max_area: f64,
         progress: &dyn Progress,
     ) -> Result<Self, PatchesError> {
-        let levels = uniform_levels(geometry, max_area)?;
+        let (levels, _) = uniform_levels(geometry, max_area)?;
         let contacts = ContactLines::find(geometry, progress)?;
         Ok(Self::build(geometry, &levels, contacts, &[], progress)?)
+    }
+
+    /// How many patches [`uniform`](Self::uniform) makes.
+    ///
+    /// # Errors
+    /// As [`uniform`](Self::uniform).
+    pub fn uniform_count(geometry: &Geometry, max_area: f64) -> Result<u64, PatchesError> {
+        Ok(uniform_levels(geometry, max_area)?.1)
     }
 
     /// Splits source triangles larger than `max_area` (m²) like [`uniform`](Self::uniform), and
@@ -59,7 +67,7 @@ impl Patches {
         label: &[u32],
         progress: &dyn Progress,
     ) -> Result<Self, PatchesError> {
-        let levels = uniform_levels(geometry, max_area)?;
+        let (levels, _) = uniform_levels(geometry, max_area)?;
         let contacts = ContactLines::find(geometry, progress)?;
         progress.advance(0)?;
         let whole = |t: TriangleId| levels[t.index()] == 0 && !geometry.is_whole(t);

@@ -9,6 +9,8 @@ use std::f64::consts::PI;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
+use super::optics::MOST_RADIANCE;
+
 /// Luminous intensity in all directions, measured at angles C and γ and bilinear between them. What
 /// lies beyond the measured γ is dark.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -93,12 +95,13 @@ impl Photometry {
     /// Whether it could have been measured: angles ascend, and there is an intensity for each.
     pub(crate) fn is_sound(&self) -> bool {
         let [v, h] = [&self.vertical, &self.horizontal];
-        let ascend = |a: &[f64]| {
-            !a.is_empty() && a.iter().all(|x| x.is_finite()) && a.is_sorted_by(|a, b| a < b)
+        let ascend = |a: &[f64], most: f64| {
+            let within = a.iter().all(|x| (0.0..=most).contains(x));
+            !a.is_empty() && within && a.is_sorted_by(|a, b| a < b)
         };
-        let strong = |i: &f64| (0.0..=f64::MAX).contains(i);
-        ascend(v)
-            && ascend(h)
+        let strong = |i: &f64| (0.0..=MOST_RADIANCE).contains(i);
+        ascend(v, 180.0)
+            && ascend(h, 360.0)
             && self.candela.len() == v.len() * h.len()
             && self.candela.iter().all(strong)
     }

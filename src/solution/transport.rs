@@ -9,7 +9,7 @@ use super::options::{Adaptive, CLUSTERED_PATCHES, LightOptions};
 use crate::direct::{self, DirectOptions};
 use crate::engines::{AssembleError, Engine, EngineOptions, EngineReport, assemble_lit};
 use crate::form_factors::FormFactors;
-use crate::patches::{PatchId, Patches, warn_of_contacts};
+use crate::patches::{PatchId, Patches, PatchesError, warn_of_contacts};
 use crate::progress::Progress;
 use crate::refine::factor::FactorRule;
 use crate::report::{Clock, STORED};
@@ -60,10 +60,20 @@ impl MeshOptions {
         Self { patch_size, cluster, min_area: options.adaptive.map(|a| a.min_area) }
     }
 
+    /// How many patches [`subdivide`](Self::subdivide) makes, before it joins any.
+    pub fn count(&self, scene: &Scene) -> Result<u64, PatchesError> {
+        Patches::uniform_count(&scene.geometry, self.finest_size())
+    }
+
+    /// Largest area of a patch of the finest mesh, m².
+    fn finest_size(&self) -> f64 {
+        self.min_area.map_or(self.patch_size, |area| area.min(self.patch_size))
+    }
+
     /// The finest mesh, each patch's origin its centroid.
     pub fn subdivide(&self, scene: &Scene, progress: &dyn Progress) -> Result<Patches, LightError> {
         let geometry = &scene.geometry;
-        let finest = self.min_area.map_or(self.patch_size, |area| area.min(self.patch_size));
+        let finest = self.finest_size();
         Ok(if self.cluster {
             Patches::clustered_heard(geometry, finest, &scene.optics.material_of, progress)?
         } else {

@@ -69,7 +69,8 @@ impl EnergyBalance {
         *self = Self { received, ..*self }.balanced();
     }
 
-    fn terms(&self) -> [[f64; 3]; 6] {
+    /// All fluxes.
+    pub(crate) fn terms(&self) -> [[f64; 3]; 6] {
         let Self { emitted, received, absorbed, absorbed_by_backs, escaped, lost, .. } = *self;
         [emitted, received, absorbed, absorbed_by_backs, escaped, lost]
     }

@@ -13,7 +13,7 @@ use crate::export::archive::{Archive, finite, float, integer, word};
 use crate::export::members::{Members, Packing};
 use crate::export::npz::read::ReadError;
 use crate::form_factors::FormFactors;
-use crate::patches::{Cell, PatchId, Patches, SplitCells, SurfacePoint};
+use crate::patches::{Cell, MAX_PATCHES, PatchId, Patches, SplitCells, SurfacePoint};
 use crate::progress::{Cancelled, Progress, is_cancelled};
 use crate::scene::{Rgb, Scene};
 use crate::solution::{Balance, MeshOptions};
@@ -87,7 +87,7 @@ pub fn read(
     memory: u64,
 ) -> Result<Arrays, String> {
     let (s, p) = (head.sources.len(), head.patches);
-    if head.energy.len() != s || u32::try_from(p).is_err() {
+    if head.energy.len() != s || p > MAX_PATCHES {
         return Err("manifest.json does not say how many sources and patches there are".into());
     }
     let adaptive = if head.min_area.is_some() { p } else { 0 };
@@ -97,8 +97,13 @@ pub fn read(
     let moved = from.numbers("light/moved", head.moved, word)?;
     let within = |kind, b: &[u8]| float(kind, b).filter(|x| (0.0..=1.0).contains(x));
     let origins = from.numbers("light/origins", head.moved.saturating_mul(2), within)?;
-    let mut of_all = |name: &str| -> Result<Vec<Vec<Rgb>>, String> {
-        let all = from.numbers(&format!("light/{name}"), 3 * p * s as u64, finite)?;
+    let on_triangle = |uv: &[f64; 2]| uv[0] + uv[1] <= 1.0 + f64::EPSILON;
+    if !origins.as_chunks::<2>().0.iter().all(on_triangle) {
+        return Err("light/origins.npy leads off the patches".into());
+    }
+    let mut of_all = |name: &str, least: f64| -> Result<Vec<Vec<Rgb>>, String> {
+        let value = |kind, b: &[u8]| finite(kind, b).filter(|x| *x >= least);
+        let all = from.numbers(&format!("light/{name}"), 3 * p * s as u64, value)?;
         let threes = all.as_chunks::<3>().0;
         let of_source = |k: usize| {
             let own = &threes[k * p as usize..][..p as usize];
@@ -106,12 +111,13 @@ pub fn read(
         };
         Ok((0..s).map(of_source).collect())
     };
-    let irradiance = of_all("irradiance")?;
-    let direct = of_all("direct")?;
-    let arrived = of_all("arrived")?;
+    let irradiance = of_all("irradiance", 0.0)?;
+    let direct = of_all("direct", 0.0)?;
+    let arrived = of_all("arrived", 0.0)?;
     let spread = match head.sampled {
         true => {
-            let both = of_all("spread")?.into_iter().zip(of_all("spread_direct")?);
+            let all = of_all("spread", f64::MIN)?;
+            let both = all.into_iter().zip(of_all("spread_direct", f64::MIN)?);
             both.map(|(all, direct)| Some([all, direct])).collect()
         }
         false => vec![None; s],
@@ -131,19 +137,35 @@ pub fn read(
     Ok(Arrays { levels, moved, origins, usable, balances, to_emitters })
 }
 
-/// The solutions of a scene from what its file holds.
+/// Why light cannot be laid on a scene.
+const OTHER_PATCHES: &str = "its patches are not those that this version makes of the scene";
+
+/// The solutions of a scene from what its file holds, in at most `memory` bytes.
 pub fn store(
     path: &Path,
     scene: &Scene,
     head: LightHead,
     arrays: Arrays,
     reflectance: &[f64],
+    memory: u64,
     progress: &dyn Progress,
 ) -> Result<Store, ReadError> {
+    /// Bytes that a patch of the finest mesh takes.
+    const FINEST_BYTES: u64 = 64;
     let broken = |problem: &str| ReadError::Broken { path: path.into(), problem: problem.into() };
     let Arrays { levels, moved, origins, usable, balances, to_emitters } = arrays;
     let patch_size = head.patch_size.unwrap_or(f64::INFINITY);
     let mesh = MeshOptions { patch_size, cluster: head.cluster, min_area: head.min_area };
+    // What a file claims may be a billion patches.
+    let count = mesh.count(scene).map_err(|e| broken(&e.to_string()))?;
+    let needed = count.saturating_mul(FINEST_BYTES);
+    let joined = 2 * scene.geometry.len() as u64;
+    if mesh.min_area.is_none() && count > head.patches.saturating_add(joined) {
+        return Err(broken(OTHER_PATCHES));
+    } else if needed > memory {
+        let what = format!("{count} patches");
+        return Err(ReadError::Memory { path: path.into(), what, needed, allowed: memory });
+    }
     let finest = mesh.subdivide(scene, progress).map_err(|e| match is_cancelled(&e) {
         true => Cancelled.into(),
         false => broken(&e.to_string()),
@@ -165,9 +187,7 @@ pub fn store(
         None => Some(finest),
     };
     let is_same = |p: &Patches| p.len() as u64 == head.patches && p.fingerprint() == head.mesh;
-    let patches = patches
-        .filter(is_same)
-        .ok_or_else(|| broken("its patches are not those that this version makes of the scene"))?;
+    let patches = patches.filter(is_same).ok_or_else(|| broken(OTHER_PATCHES))?;
     Ok(Store {
         patches: Arc::new(patches),
         sources: head.sources,

@@ -5,10 +5,11 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 
 use crate::engines::EngineReport;
+use crate::scene::optics::MOST_RADIANCE;
 use crate::scene::texture::Wrap;
 use crate::scene::{Camera, Lamp, Material, Rgb, Surface};
 use crate::solve::EnergyBalance;
-use crate::store::Source;
+use crate::store::{Member, Source};
 
 /// What the manifest begins with.
 pub const FORMAT: &str = "hemicube solution";
@@ -104,6 +105,19 @@ pub struct LightHead {
     pub sources: Vec<Source>,
     /// Where the light of each source goes, W or lm.
     pub energy: Vec<EnergyBalance>,
+}
+
+impl LightHead {
+    /// Whether what sources emit is light, and energy is a number that can be multiplied by it.
+    pub fn is_sound(&self) -> bool {
+        /// The light of all that is bright from all that is large (W or lm).
+        const MOST_FLUX: f64 = 1e100;
+        let emission = |m: &Member| {
+            m.emission.min_element() >= 0.0 && m.emission.max_element() <= MOST_RADIANCE
+        };
+        self.sources.iter().flat_map(|s| &s.members).all(emission)
+            && self.energy.iter().flat_map(|e| e.terms()).flatten().all(|x| x.abs() <= MOST_FLUX)
+    }
 }
 
 /// How many rows there are, and how they are stored.

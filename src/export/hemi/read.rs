@@ -69,7 +69,7 @@ pub fn read_store(
     archive.checksum();
     let arrays = light::read(&mut archive, &light, &to_emitters, memory).map_err(broken)?;
     compare(&mut archive, &checksums.light).map_err(broken)?;
-    light::store(path, scene, light, arrays, &reflectance, progress)
+    light::store(path, scene, light, arrays, &reflectance, memory, progress)
 }
 
 /// The form factors of a file, in at most `memory` bytes.
@@ -128,6 +128,9 @@ fn open(path: &Path) -> Result<(Archive, Manifest), ReadError> {
     };
     if !manifest.light.sources.iter().flat_map(|s| &s.members).all(is_there) {
         return Err(broken("manifest.json names a source that the scene does not have".into()));
+    }
+    if !manifest.light.is_sound() {
+        return Err(broken("manifest.json tells of light that cannot be".into()));
     }
     Ok((archive, manifest))
 }

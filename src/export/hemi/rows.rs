@@ -3,10 +3,10 @@
 use std::io::{self, Seek, Write};
 
 use super::manifest::{BlockHead, RowsHead, WeightsHead};
-use crate::export::archive::{Archive, finite, float, integer, word};
+use crate::export::archive::{Archive, Kind, float, integer, word};
 use crate::export::members::{Members, Packing};
 use crate::form_factors::{FormFactors, RowAccount, RowBlock, RowSink, RowView, Weights};
-use crate::patches::PatchId;
+use crate::patches::{MAX_PATCHES, PatchId};
 
 /// Writes rows into the folder `name`, in the order of patches.
 pub fn write<W: Write + Seek>(
@@ -68,20 +68,24 @@ pub fn read(
 ) -> Result<FormFactors, String> {
     let wrong = |what: &str| format!("{name}: {what}");
     let in_blocks = head.blocks.iter().try_fold(0_u64, |all, b| all.checked_add(b.rows));
-    if head.rows > patches || in_blocks != Some(head.rows) {
+    let too_many = head.rows > patches || patches > MAX_PATCHES;
+    if too_many || in_blocks != Some(head.rows) {
         return Err(wrong("the manifest does not say how many rows there are"));
     }
     let at = |part: &str| format!("{name}/{part}");
     let patch =
         |kind, b: &[u8]| integer(kind, b).filter(|&i| i < patches).map(|i| PatchId(i as u32));
     let ids = from.numbers(&at("patches"), head.rows, patch)?;
+    if !ids.is_sorted_by(|a, b| a < b) {
+        return Err(wrong("patches.npy is not in order"));
+    }
     let lengths = from.numbers(&at("lengths"), head.rows, word)?;
     let rows_of = |which: &dyn Fn(WeightsHead) -> bool| {
         head.blocks.iter().filter(|b| which(b.weights)).map(|b| b.rows).sum::<u64>()
     };
     let sampled = rows_of(&|w| matches!(w, WeightsHead::Equal(_)));
     let halves = from.numbers(&at("halves"), sampled, word)?;
-    let account = from.numbers(&at("account"), 3 * head.rows, finite)?;
+    let account = from.numbers(&at("account"), 3 * head.rows, share)?;
     let all: u64 = lengths.iter().map(|&l| u64::from(l)).sum();
     if all != head.entries {
         return Err(wrong("lengths.npy does not say where rows end"));
@@ -95,14 +99,14 @@ pub fn read(
         match block.weights {
             WeightsHead::Fixed => entries[0] += all,
             WeightsHead::Each => entries[1] += all,
-            WeightsHead::Equal(0) => return Err(wrong("rows of no rays")),
-            WeightsHead::Equal(_) => {}
+            WeightsHead::Equal(rays) if lengths.iter().all(|&l| l <= rays && rays > 0) => {}
+            WeightsHead::Equal(_) => return Err(wrong("rows of more than their rays")),
         }
         first += block.rows as usize;
     }
     let mut fixed = from.numbers(&at("fixed"), entries[0], word)?;
     let factor =
-        |kind, b: &[u8]| float(kind, b).map(|f| f as f32).filter(|f| (0.0..=2.0).contains(f));
+        |kind, b: &[u8]| float(kind, b).map(|f| f as f32).filter(|f| (0.0..=MOST).contains(f));
     let mut each = from.numbers(&at("each"), entries[1], factor)?;
 
     let mut factors = FormFactors::new(patches as usize, memory);
@@ -135,6 +139,14 @@ pub fn read(
         rows = range.end;
     }
     Ok(factors)
+}
+
+/// What rounding leaves of a form factor of 1 at the most.
+const MOST: f32 = 2.0;
+
+/// A share of a row; what is lost is what its sum lacks, or has too much.
+fn share(kind: Kind, bytes: &[u8]) -> Option<f64> {
+    float(kind, bytes).filter(|share| share.abs() <= f64::from(MOST))
 }
 
 /// Takes the first numbers off; the last of them need no copy.

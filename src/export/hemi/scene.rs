@@ -90,7 +90,7 @@ fn files_of(scene: &Scene) -> io::Result<Vec<(PathBuf, Arc<[u8]>)>> {
 }
 
 /// Reads the scene that [`write`] wrote.
-pub fn read(from: &mut Archive, head: SceneHead, path: &Path) -> Result<Scene, String> {
+pub fn read(from: &mut Archive, mut head: SceneHead, path: &Path) -> Result<Scene, String> {
     let (v, t) = (head.vertices, head.triangles);
     if v.max(t) > MAX_ELEMENTS as u64 || head.cut_faces > t {
         return Err("holds more triangles or vertices than can be dealt with".into());
@@ -122,13 +122,13 @@ pub fn read(from: &mut Archive, head: SceneHead, path: &Path) -> Result<Scene, S
     let uv = uv.as_chunks::<6>().0.iter();
     let uv = uv.map(|&[a, b, c, d, e, f]| [[a, b], [c, d], [e, f]].map(DVec2::from)).collect();
     let mut textures = Vec::new();
-    for (k, t) in head.textures.into_iter().enumerate() {
+    for (k, t) in std::mem::take(&mut head.textures).into_iter().enumerate() {
         let encoded = from.bytes(&format!("scene/texture/{k}"), MOST_BYTES)?.into();
         let TextureHead { name, wrap, v_up, opacity } = t;
         textures.push(Texture { name, encoded, wrap, v_up, opacity });
     }
     let mut held = Vec::new();
-    for (k, name) in head.files.into_iter().enumerate() {
+    for (k, name) in std::mem::take(&mut head.files).into_iter().enumerate() {
         held.push((name, from.bytes(&format!("scene/file/{k}"), MOST_BYTES)?.into()));
     }
     let mut geometry = Geometry {
@@ -137,7 +137,7 @@ pub fn read(from: &mut Archive, head: SceneHead, path: &Path) -> Result<Scene, S
         sides,
         state,
         surface_of,
-        surfaces: head.surfaces,
+        surfaces: std::mem::take(&mut head.surfaces),
         face_of,
         cut_faces,
         whole_from: head.whole_from.map(TriangleId),
@@ -148,15 +148,11 @@ pub fn read(from: &mut Archive, head: SceneHead, path: &Path) -> Result<Scene, S
         emission,
         material_of,
         uv,
-        materials: head.materials,
+        materials: std::mem::take(&mut head.materials),
         textures,
         max_reflectance: head.max_reflectance,
     };
-    check(&geometry, &optics, &head.lamps, &head.cameras)?;
-    let is_beyond = |first: u32| u64::from(first) > t;
-    if head.object_of.len() != geometry.surfaces.len() || head.whole_from.is_some_and(is_beyond) {
-        return Err("manifest.json does not fit its surfaces and triangles".into());
-    }
+    check(&geometry, &optics, &head)?;
     geometry.flag_flaws();
     Ok(Scene {
         name: head.name,

@@ -33,7 +33,7 @@ pub(in crate::scene) fn of_file(path: &Path, scene: &Scene) -> Result<Original, 
     let g = &scene.geometry;
     let mut meshes: HashMap<(usize, usize), Arc<Mesh>> = HashMap::new();
     let mut surfaces = Vec::new();
-    let mut first = 0;
+    let mut first = 0_u32;
     // The first triangle of each surface tells whether it is mirrored.
     let mut sample: BTreeMap<u32, [u32; 3]> = BTreeMap::new();
     for t in g.ids() {
@@ -59,8 +59,8 @@ pub(in crate::scene) fn of_file(path: &Path, scene: &Scene) -> Result<Original, 
                 mesh
             }
         };
-        let count = mesh.triangles.len() as u32;
-        let mirrored = sample.range(first..first + count).find_map(|(face, scene)| {
+        let end = first.saturating_add(mesh.triangles.len() as u32);
+        let mirrored = sample.range(first..end).find_map(|(face, scene)| {
             let [a, b, _] = *mesh.triangles.get((face - first) as usize)?;
             let step = i64::from(scene[1]) - i64::from(scene[0]);
             (a != b).then_some(step != i64::from(b) - i64::from(a))
@@ -72,7 +72,7 @@ pub(in crate::scene) fn of_file(path: &Path, scene: &Scene) -> Result<Original, 
             first_face: FirstFace::At(first),
             mirrored: mirrored.unwrap_or(false),
         });
-        first += count;
+        first = end;
     }
     let images =
         document.root.images.iter().map(|i| image_bytes(&document, Some(i)).ok()).collect();
