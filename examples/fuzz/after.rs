@@ -3,12 +3,16 @@
 
 use std::path::Path;
 
+use hemicube::bake::{Bake, BakeOptions};
 use hemicube::engines::{EngineOptions, RaysOptions};
-use hemicube::export::{read_factors, read_scene, read_sources, read_store};
+use hemicube::export::{BakeMode, read_factors, read_scene, read_sources, read_store, write_glb};
+use hemicube::gather::Gatherer;
 use hemicube::matrix::Rows;
 use hemicube::patches::Patches;
+use hemicube::render::{Renderer, Sight};
 use hemicube::scene::{Rgb, Scene, inspect};
 use hemicube::solution::Solution;
+use hemicube::visibility::Bvh;
 use hemicube::{GatherOptions, LightOptions, LitScene, MatrixOptions, Probe, Silent, View};
 
 use crate::kinds::Found;
@@ -46,6 +50,7 @@ pub fn scene(scene: &Scene) {
         match way {
             1 => check_points(&lit),
             2 => check_picture(&lit),
+            _ if scene.geometry.len() <= MOST_ROWS => bake(&lit),
             _ => {}
         }
     }
@@ -65,6 +70,26 @@ fn check_picture(lit: &LitScene<'_>) {
     let Ok(picture) = lit.look(&view, &Silent) else { return };
     let known = picture.pixels.as_flattened().iter().all(|c| c.is_finite());
     assert!(known, "a picture: {:?}", picture.pixels);
+}
+
+/// Bakes few texels, and writes the model that they belong to.
+fn bake(lit: &LitScene<'_>) {
+    /// Of the longest side of the model.
+    const TEXEL: f64 = 0.1;
+    let LitScene { scene, solution } = lit;
+    let Some((low, high)) = scene.geometry.bounds() else { return };
+    let (field, bvh) = (lit.field(), Bvh::new(&scene.geometry));
+    let gatherer = Gatherer::new(scene, solution, &field, &bvh, GatherOptions::of_pictures(0));
+    let renderer = Renderer::gathering(scene, &field, &gatherer);
+    let texel = Some(TEXEL * (high - low).max_element());
+    let options = BakeOptions { texel, memory: MEMORY };
+    let shown = |s: &Sight| s.radiance.as_vec3().to_array();
+    let Ok(bake) = Bake::new(scene, solution, &renderer, &options, shown, &Silent) else { return };
+    let known = bake.irradiance().as_flattened().iter().all(|e| e.is_finite());
+    assert!(known, "baked light: {:?}", bake.irradiance());
+    if let Ok(file) = tempfile::NamedTempFile::with_suffix(".glb") {
+        let _ = write_glb(file.path(), scene, &bake, BakeMode::Lightmap { keeps_lamps: true });
+    }
 }
 
 fn check_matrix(scene: &Scene) {

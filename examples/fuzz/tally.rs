@@ -19,10 +19,14 @@ pub struct Tally {
 
 impl Tally {
     /// Counts a case, `Err` if it panicked; yields what was wrong if that is new.
-    pub fn count(&mut self, found: Result<Found, String>, cost: Cost) -> Option<String> {
+    pub fn count(
+        &mut self,
+        number: u64,
+        found: Result<Found, String>,
+        cost: Cost,
+    ) -> Option<String> {
         /// Longer messages are no help.
         const MOST_TEXT: usize = 1000;
-        let number = self.cases;
         self.cases += 1;
         self.seconds += cost.seconds;
         if cost.seconds > self.slowest.0 {

@@ -43,7 +43,8 @@ const CUBE: &str = "T a cube\nC encl=1 list=2 eps=1.e-4 out=1 maxU=8 maxO=8 row=
     S 4 1 6 2 0 0 0 .9 side 2\nO 5 1 4 8 5 and more\nO 6 1 4 8 0\nEnd of data\n";
 
 const PLANES: &str = "F 3A\nS 1 R 0 0 .9 south\n 3. 0. 0. 0 90\n 3 2\n\
-    S 2 R 0 0 .9 east\n 3 1 0 270 90\n 1 3\nS 3 Q 0 0 .9 ceiling\n 3 0 3 0 180\n 2 0 3 0 3 1\n 2 1\n\
+    S 2 R 0 0 .9 east\n 3 1 0 270 90\n 1 3\n\
+    S 3 Q 0 0 .9 ceiling\n 3 0 3 0 180\n 2 0 3 0 3 1\n 2 1\n\
     S 4 T 0 0 .9 floor\n 0 0 0 180 0\n 0 0 1 0 1 1\nO 5 R\n 0 0 1 180 0\n 2 2\n";
 
 /// A wall with a window in it.

@@ -22,7 +22,7 @@ pub fn ies() -> Sound {
 
 pub fn points() -> Sound {
     const PLAIN: &str = "x,y,z,nx,ny,nz\n0.5,0.5,0.5,0,1,0\n0.2,0.9,0.1,0,0,-1\n";
-    const OTHERS: &str = "\u{feff}\"name\",nz,ny,nx,x,y,z,E\r\n\"a,b\",0,2,0,\"1\",0,0.5,old\r\n\r\n\
-                          c,0,1,0,.3,-2.5e-1,0.5,\r\n";
+    const OTHERS: &str = "\u{feff}\"name\",nz,ny,nx,x,y,z,E\r\n\
+        \"a,b\",0,2,0,\"1\",0,0.5,old\r\n\r\nc,0,1,0,.3,-2.5e-1,0.5,\r\n";
     Ok([PLAIN, OTHERS].map(|text| Input::new("points.csv", text)).into())
 }
