@@ -12,7 +12,7 @@ use common::baked::{baked, place, positions, weighted};
 use common::known::{mean, points_kept};
 use common::scenes::grey;
 use glam::{DVec2, DVec3};
-use hemicube::bake::Facet;
+use hemicube::bake::{Bake, Facet};
 use hemicube::export::{BakeMode, write_glb};
 use hemicube::scene::{ImportOptions, Scene, SceneBuilder, Sides, builtin, load, luminance};
 
@@ -188,6 +188,31 @@ fn a_model_comes_back_from_its_file() {
             baked(&read, Some(0.2), true, |b| Ok(write_glb(&again, &read, b, mode)?)).unwrap();
             let again = load(&again, &ImportOptions::default()).unwrap();
             assert!((area(&again) / area(&scene) - 1.0).abs() < 1e-5);
+        }
+    }
+}
+
+#[test]
+fn what_programs_keep_beside_materials_may_be_anything() {
+    let folder = tempfile::tempdir().unwrap();
+    let (file, baked_file) = (folder.path().join("m.gltf"), folder.path().join("baked.glb"));
+    // A triangle of 1 m that shines, and reads a list for a material as one that says nothing.
+    for material in [r#"{"emissiveFactor":[1,1,1],"extras":[]}"#, "[]"] {
+        let text = format!(
+            r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0]}}],
+            "nodes":[{{"mesh":0}}],"meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}},
+            "material":0}}]}}],"materials":[{material}],"accessors":[{{"bufferView":0,
+            "componentType":5126,"count":3,"type":"VEC3"}}],"bufferViews":[{{"buffer":0,
+            "byteLength":36}}],"buffers":[{{"byteLength":36,"uri":"data:;base64,{}"}}]}}"#,
+            "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"
+        );
+        std::fs::write(&file, text).unwrap();
+        let scene = load(&file, &ImportOptions::default()).unwrap();
+        for mode in [BakeMode::Vertex, BakeMode::Lightmap { keeps_lamps: true }] {
+            let write = |bake: &Bake<'_>| Ok(write_glb(&baked_file, &scene, bake, mode)?);
+            baked(&scene, Some(0.5), true, write).unwrap();
+            let read = load(&baked_file, &ImportOptions::default()).unwrap();
+            assert_eq!(read.optics.materials.len(), 1);
         }
     }
 }

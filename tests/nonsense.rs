@@ -161,7 +161,7 @@ fn arrays_of_numbers_that_cannot_be_are_refused() {
         ("scene/emission", 1, double(-1.0), "its emission"),
         ("scene/vertices", 1, double(1e300), "its vertices"),
         ("scene/face", last, u32::MAX.to_le_bytes().to_vec(), "its face"),
-        ("light/irradiance", 4, single(-1.0), "light/irradiance.npy"),
+        ("light/irradiance", 4, single(f32::INFINITY), "light/irradiance.npy"),
         ("light/direct", 4, single(f32::NAN), "light/direct.npy"),
         ("factors/account", 3, double(1e9), "factors/account.npy"),
         ("factors/patches", 0, u32::to_le_bytes(2).to_vec(), "patches.npy is not in order"),

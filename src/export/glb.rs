@@ -131,7 +131,8 @@ fn intensity_of(bake: &Bake<'_>, chart: usize) -> f64 {
 }
 
 fn asset(json: &Map<String, Value>) -> Value {
-    let mut asset = json.get("asset").cloned().unwrap_or_else(|| json!({ "version": "2.0" }));
+    let own = json.get("asset").filter(|asset| asset.is_object());
+    let mut asset = own.cloned().unwrap_or_else(|| json!({ "version": "2.0" }));
     asset["generator"] = json!(concat!("hemicube ", env!("CARGO_PKG_VERSION")));
     asset
 }

@@ -43,12 +43,13 @@ pub(super) fn light(
     let old = json.remove("materials").unwrap_or_default();
     let plain = || json!({ "pbrMetallicRoughness": { "metallicFactor": 0.0 } });
     let variant = |(material, intensity): &(Option<usize>, f64)| {
-        let own = material.and_then(|m| old.get(m)).cloned().unwrap_or_else(plain);
+        let own = material.and_then(|m| old.get(m)).filter(|m| m.is_object());
+        let own = own.cloned().unwrap_or_else(plain);
         match mode {
             BakeMode::Unlit => unlit(&own, json!({ "baseColorTexture": { "index": texture } })),
             BakeMode::Vertex => {
                 let mut own = unlit(&own, json!({}));
-                own["extras"]["hemicube"] = json!({ "scale": intensity });
+                within(&mut own, "extras")["hemicube"] = json!({ "scale": intensity });
                 own
             }
             BakeMode::Lightmap { .. } => lightmapped(&own, (texture, set), *intensity),
@@ -101,9 +102,18 @@ fn lightmapped(material: &Value, (texture, set): (usize, usize), intensity: f64)
             own.remove("alphaCutoff");
         }
     }
-    own["extensions"]["MOZ_lightmap"] =
+    within(&mut own, "extensions")["MOZ_lightmap"] =
         json!({ "index": texture, "texCoord": set, "intensity": intensity });
     own
+}
+
+/// The object of that name in another; what is none is replaced.
+fn within<'a>(own: &'a mut Value, key: &str) -> &'a mut Value {
+    let value = &mut own[key];
+    if !value.is_object() {
+        *value = json!({});
+    }
+    value
 }
 
 /// Adds the images, and for the last of them, the atlas, a texture.

@@ -101,9 +101,9 @@ pub fn read(
     if !origins.as_chunks::<2>().0.iter().all(on_triangle) {
         return Err("light/origins.npy leads off the patches".into());
     }
-    let mut of_all = |name: &str, least: f64| -> Result<Vec<Vec<Rgb>>, String> {
-        let value = |kind, b: &[u8]| finite(kind, b).filter(|x| *x >= least);
-        let all = from.numbers(&format!("light/{name}"), 3 * p * s as u64, value)?;
+    // Sampled light may be a little below zero (`direct/analytic.rs`).
+    let mut of_all = |name: &str| -> Result<Vec<Vec<Rgb>>, String> {
+        let all = from.numbers(&format!("light/{name}"), 3 * p * s as u64, finite)?;
         let threes = all.as_chunks::<3>().0;
         let of_source = |k: usize| {
             let own = &threes[k * p as usize..][..p as usize];
@@ -111,13 +111,12 @@ pub fn read(
         };
         Ok((0..s).map(of_source).collect())
     };
-    let irradiance = of_all("irradiance", 0.0)?;
-    let direct = of_all("direct", 0.0)?;
-    let arrived = of_all("arrived", 0.0)?;
+    let irradiance = of_all("irradiance")?;
+    let direct = of_all("direct")?;
+    let arrived = of_all("arrived")?;
     let spread = match head.sampled {
         true => {
-            let all = of_all("spread", f64::MIN)?;
-            let both = all.into_iter().zip(of_all("spread_direct", f64::MIN)?);
+            let both = of_all("spread")?.into_iter().zip(of_all("spread_direct")?);
             both.map(|(all, direct)| Some([all, direct])).collect()
         }
         false => vec![None; s],
