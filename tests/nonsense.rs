@@ -148,6 +148,19 @@ fn manifests_that_say_what_cannot_be_are_refused() {
     assert!(read_factors(&path, MEMORY).is_err());
 }
 
+/// Blanks shrink a thousandfold, and so would a million names of nothing.
+#[test]
+fn a_manifest_that_inflates_a_thousandfold_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("m.hemi");
+    let mut members = written(&path);
+    let manifest = members.iter_mut().find(|m| m.0 == "manifest.json").unwrap();
+    manifest.1.resize(1 << 26, b' ');
+    write(&path, &members);
+    assert!(fs::metadata(&path).unwrap().len() < 1 << 18);
+    refused(&path, "was not written by hemicube solve");
+}
+
 #[test]
 fn arrays_of_numbers_that_cannot_be_are_refused() {
     let folder = tempfile::tempdir().unwrap();

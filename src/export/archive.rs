@@ -10,6 +10,15 @@ use zip::{CompressionMethod, ZipArchive};
 pub struct Archive {
     zip: ZipArchive<BufReader<File>>,
     hash: blake3::Hasher,
+    /// Bytes that members which are no arrays may still take.
+    room: u64,
+}
+
+/// Members that are no arrays take in all at most `least` bytes, and so many times the length of
+/// their file: a few kilobytes can inflate to gigabytes.
+pub fn most(least: u64, length: u64) -> u64 {
+    const TIMES: u64 = 100;
+    least.saturating_add(TIMES.saturating_mul(length))
 }
 
 /// What the numbers of an array are.
@@ -38,8 +47,11 @@ pub struct Array<'a> {
 }
 
 impl Archive {
-    pub fn new(zip: ZipArchive<BufReader<File>>) -> Self {
-        Self { zip, hash: blake3::Hasher::new() }
+    /// One in a file of `length` bytes.
+    pub fn new(zip: ZipArchive<BufReader<File>>, length: u64) -> Self {
+        /// Models of zeros are allowed to shrink as they do.
+        const LEAST: u64 = 1 << 30;
+        Self { zip, hash: blake3::Hasher::new(), room: most(LEAST, length) }
     }
 
     /// The checksum of all arrays that were read since the last one was asked for.
@@ -67,12 +79,14 @@ impl Archive {
 
     /// The bytes of a member that is no array, of which there may be so many.
     pub fn bytes(&mut self, name: &str, most: u64) -> Result<Vec<u8>, String> {
+        let most = most.min(self.room);
         let file = self.zip.by_name(name).map_err(|e| format!("{name}: {e}"))?;
         let mut bytes = Vec::new();
         file.take(most + 1).read_to_end(&mut bytes).map_err(|e| format!("{name}: {e}"))?;
         if bytes.len() as u64 > most {
             return Err(format!("{name} is longer than {most} bytes"));
         }
+        self.room -= bytes.len() as u64;
         self.hash.update(&bytes);
         Ok(bytes)
     }

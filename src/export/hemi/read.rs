@@ -8,7 +8,7 @@ use zip::ZipArchive;
 use super::light::{self, SOURCE_BYTES};
 use super::manifest::{FORMAT, Format, Manifest, SceneHead, VERSION};
 use super::{rows, scene};
-use crate::export::archive::{Archive, float};
+use crate::export::archive::{Archive, float, most};
 use crate::export::npz::read::ReadError;
 use crate::form_factors::FormFactors;
 use crate::progress::Progress;
@@ -93,16 +93,18 @@ pub fn read_factors(path: &Path, memory: u64) -> Result<FormFactors, ReadError> 
 
 /// Opens a file and reads what it says of itself.
 fn open(path: &Path) -> Result<(Archive, Manifest), ReadError> {
-    /// Most bytes of a manifest.
+    /// Most bytes of a manifest, and those that any may have.
     const MOST: u64 = 1 << 30;
+    const LEAST: u64 = 1 << 24;
     let broken = |problem: String| ReadError::Broken { path: path.into(), problem };
     let unreadable = |source| ReadError::Unreadable { path: path.into(), source };
     let file = open_regular(path).map_err(unreadable)?;
+    let length = file.metadata().map_err(unreadable)?.len();
     let zip = ZipArchive::new(BufReader::new(file))
         .map_err(|e| broken(format!("is no whole file of solutions ({e})")))?;
-    let mut archive = Archive::new(zip);
+    let mut archive = Archive::new(zip, length);
     let text = archive
-        .bytes("manifest.json", MOST)
+        .bytes("manifest.json", MOST.min(most(LEAST, length)))
         .map_err(|_| broken("was not written by hemicube solve".into()))?;
     archive.checksum();
     let format = serde_json::from_slice::<Format>(&text);
