@@ -9,6 +9,7 @@ mod cells;
 mod entries;
 mod error;
 mod forecast;
+mod fronts;
 mod grey;
 mod layout;
 mod losses;
@@ -19,6 +20,7 @@ mod options;
 mod plan;
 mod report;
 mod rows;
+mod some_rows;
 mod storage;
 mod stored;
 
@@ -38,5 +40,6 @@ pub use report::{
     ThresholdReport,
 };
 pub use rows::{FaceAccount, Precision, Rows, SurfaceRow};
+pub use some_rows::make_rows;
 pub use storage::RowStore;
 pub use stored::{Origin, SameWith, Stored, StoredError, hexadecimal};

@@ -26,6 +26,7 @@ mod lamp;
 mod lines;
 mod model;
 mod obj;
+mod obstacles;
 pub mod optics;
 pub(crate) mod original;
 pub mod photometry;

@@ -127,6 +127,25 @@ fn check(
     materials: &[Material],
     material_of: &[u32],
 ) -> Result<(), ArraysError> {
+    check_mesh(vertices, faces)?;
+    check_materials(materials)?;
+    if !material_of.is_empty() && material_of.len() != faces.len() {
+        let (count, faces) = (material_of.len(), faces.len());
+        return Err(ArraysError::MaterialCount { count, faces });
+    }
+    let of_all = if material_of.is_empty() { &[0][..] } else { material_of };
+    let known = |m: &u32| (*m as usize) < materials.len();
+    match of_all.iter().position(|m| !known(m)) {
+        Some(face) => {
+            let (material, count) = (of_all[face], materials.len());
+            Err(ArraysError::NoMaterial { face, material, count })
+        }
+        None => Ok(()),
+    }
+}
+
+/// Refuses what makes no triangles.
+pub(super) fn check_mesh(vertices: &[[f64; 3]], faces: &[[u32; 3]]) -> Result<(), ArraysError> {
     if faces.is_empty() {
         return Err(ArraysError::NoFaces);
     }
@@ -144,20 +163,7 @@ fn check(
             return Err(ArraysError::Corner { face, vertex, count: vertices.len() });
         }
     }
-    check_materials(materials)?;
-    if !material_of.is_empty() && material_of.len() != faces.len() {
-        let (count, faces) = (material_of.len(), faces.len());
-        return Err(ArraysError::MaterialCount { count, faces });
-    }
-    let of_all = if material_of.is_empty() { &[0][..] } else { material_of };
-    let known = |m: &u32| (*m as usize) < materials.len();
-    match of_all.iter().position(|m| !known(m)) {
-        Some(face) => {
-            let (material, count) = (of_all[face], materials.len());
-            Err(ArraysError::NoMaterial { face, material, count })
-        }
-        None => Ok(()),
-    }
+    Ok(())
 }
 
 fn check_materials(materials: &[Material]) -> Result<(), ArraysError> {

@@ -165,27 +165,14 @@ struct Known {
 impl OfRows {
     fn new(model: &Model<'_>, known: &[Option<Known>]) -> Self {
         let n = model.rows.len();
-        let faces = &model.matrix.layout.faces;
         // Both sides of a patch are one node: that of its front.
-        let mut fronts = vec![(0, 0); model.scene.geometry.len()];
-        let mut place = vec![0; faces.len()];
-        for (i, face) in faces.iter().enumerate() {
-            if face.side == Side::Front {
-                let (first, count) = &mut fronts[face.triangle.index()];
-                (*first, *count) = (i - *count, *count + 1);
-            }
-            let before = i.checked_sub(1).map(|b| &faces[b]);
-            let follows =
-                before.is_some_and(|b| (b.triangle, b.side) == (face.triangle, face.side));
-            place[i] = if follows { place[i - 1] + 1 } else { 0 };
-        }
+        let fronts = model.matrix.layout.fronts();
         let mut node_of = vec![0; n];
         let mut number = HashMap::new();
-        for (i, face) in faces.iter().enumerate() {
-            let (first, count): (usize, usize) = fronts[face.triangle.index()];
-            let partner = model.row_of(first + place[i].min(count - 1));
+        for (i, front) in fronts.into_iter().enumerate() {
             let next = number.len() as u32;
-            node_of[model.row_of(i)] = *number.entry(partner).or_insert(next);
+            let node = *number.entry(model.row_of(front as usize)).or_insert(next);
+            node_of[model.row_of(i)] = node;
         }
         let mut conditions = vec![Condition::Heat(0.0); number.len()];
         for (row, known) in known.iter().enumerate() {

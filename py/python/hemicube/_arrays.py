@@ -1,0 +1,82 @@
+"""Arrays as the library takes them, or an error that names the array, its shape and the row."""
+
+from __future__ import annotations
+
+import os
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ._errors import InputError
+
+
+def numbers(name: str, values: ArrayLike) -> NDArray[np.float64]:
+    """Any array of real numbers, in double precision."""
+    try:
+        array = np.asarray(values)
+    except ValueError as error:
+        raise InputError(f"{name}: is no array ({error})") from None
+    if array.dtype.kind not in "fiu":
+        raise InputError(f"{name}: has dtype {array.dtype}; give real numbers")
+    return np.asarray(array, dtype=np.float64, order="C")
+
+
+def points(name: str, values: ArrayLike) -> NDArray[np.float64]:
+    """Positions (n, 3), all finite."""
+    array = numbers(name, values)
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise InputError(f"{name}: has shape {array.shape}; it should be (n, 3)")
+    finite = np.isfinite(array).all(axis=1)
+    if not finite.all():
+        row = int(np.argmin(finite))
+        raise InputError(f"{name}[{row}]: {array[row].tolist()} is not finite")
+    return array
+
+
+def triangles(name: str, values: ArrayLike, count: int, of: str) -> NDArray[np.uint32]:
+    """Corners (m, 3), each one of `count` vertices, which are called `of`."""
+    array = np.asarray(values)
+    if array.ndim != 2 or array.shape[1] != 3:
+        hint = "; split polygons into triangles" if array.ndim == 2 else ""
+        raise InputError(f"{name}: has shape {array.shape}; it should be (m, 3){hint}")
+    if array.dtype.kind not in "iu":
+        raise InputError(f"{name}: has dtype {array.dtype}; give integers")
+    wrong = ((array < 0) | (array >= count)).any(axis=1)
+    if wrong.any():
+        row = int(np.argmax(wrong))
+        raise InputError(
+            f"{name}[{row}]: {array[row].tolist()} is no triangle of {of}, which has {count} rows, "
+            "counted from 0"
+        )
+    return np.ascontiguousarray(array, dtype=np.uint32)
+
+
+def triple(name: str, values: ArrayLike) -> list[float]:
+    """Three finite numbers."""
+    array = numbers(name, values)
+    if array.shape != (3,) or not np.isfinite(array).all():
+        raise InputError(f"{name}: {np.asarray(values).tolist()} is no vector; give three numbers")
+    return [float(x) for x in array]
+
+
+def above(name: str, value: float, least: float = 0.0) -> float:
+    """A finite number above `least`."""
+    number = float(value)
+    if not (np.isfinite(number) and number > least):
+        raise InputError(f"{name}={value!r}: is not above {least:g}")
+    return number
+
+
+def available_memory() -> int:
+    """Bytes that are free for use; a cautious guess where the system does not tell."""
+    try:
+        with open("/proc/meminfo", encoding="ascii") as file:
+            for line in file:
+                if line.startswith("MemAvailable:"):
+                    return int(line.split()[1]) << 10
+    except OSError:
+        pass
+    try:
+        return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") // 2
+    except (AttributeError, ValueError, OSError):
+        return 4 << 30

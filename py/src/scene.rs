@@ -1,0 +1,173 @@
+//! Scenes: from arrays, from files, and built in.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use glam::DVec3;
+use hemicube::scene::builtin::UnknownBuiltin;
+use hemicube::scene::inspect::doubtful_unit;
+use hemicube::scene::{self, GroupBy, ImportOptions, Material, Severity, SidesChoice};
+use numpy::{PyArray1, PyArray2, PyReadonlyArray2, PyUntypedArrayMethods};
+use pyo3::prelude::*;
+
+use crate::arrays::triples;
+use crate::failure::Failure;
+use crate::remedy;
+use crate::work::{run, warn};
+
+/// A model: its surfaces, their materials, and its lamps.
+#[pyclass(module = "hemicube._hemicube", frozen)]
+pub struct Scene(pub Arc<scene::Scene>);
+
+/// Positions and corners of triangles.
+type Mesh<'py> = (PyReadonlyArray2<'py, f64>, PyReadonlyArray2<'py, u32>);
+
+#[pymethods]
+impl Scene {
+    /// A scene of arrays (n, 3) and (m, 3) that were checked.
+    #[staticmethod]
+    #[pyo3(signature = (vertices, faces, obstacles=None))]
+    fn from_arrays(
+        py: Python<'_>,
+        vertices: PyReadonlyArray2<'_, f64>,
+        faces: PyReadonlyArray2<'_, u32>,
+        obstacles: Option<Mesh<'_>>,
+    ) -> PyResult<Self> {
+        let material = [Material::default()];
+        let made = scene::Scene::from_arrays(rows(&vertices)?, rows(&faces)?, &material, &[]);
+        let mut scene = made.map_err(|e| Failure::Input(e.to_string()).raise(py))?;
+        if let Some((vertices, faces)) = obstacles {
+            obstruct(py, &mut scene, &vertices, &faces)?;
+        }
+        Ok(Self(Arc::new(scene)))
+    }
+
+    /// Reads a file; `unit` is in metres.
+    #[staticmethod]
+    #[pyo3(signature = (path, unit, up, sides, max_reflectance))]
+    fn load(
+        py: Python<'_>,
+        path: PathBuf,
+        unit: f64,
+        up: Option<[f64; 3]>,
+        sides: &str,
+        max_reflectance: f64,
+    ) -> PyResult<Self> {
+        let (up, sides) = (up.map(DVec3::from), choice(py, sides)?);
+        let options = ImportOptions { unit, up, max_reflectance, sides };
+        let scene =
+            run(py, None, |_| scene::load(&path, &options).map_err(|e| remedy::of_import(&e)))?;
+        let unit = doubtful_unit(&scene.geometry);
+        for finding in scene.findings.iter().chain(&unit) {
+            if finding.severity == Severity::Warning {
+                warn(py, &remedy::of_finding(finding))?;
+            }
+        }
+        Ok(Self(Arc::new(scene)))
+    }
+
+    /// A built-in scene.
+    #[staticmethod]
+    fn builtin(py: Python<'_>, name: &str) -> PyResult<Self> {
+        let unknown = |UnknownBuiltin { name, known }| {
+            let text = format!("{name}: no such file, nor a built-in scene; these are {known}");
+            Failure::Input(text).raise(py)
+        };
+        Ok(Self(Arc::new(scene::Scene::builtin(name).map_err(unknown)?)))
+    }
+
+    /// The same with other sides, turned round, or with obstacles.
+    #[pyo3(signature = (sides, flip, obstacles=None))]
+    fn changed(
+        &self,
+        py: Python<'_>,
+        sides: &str,
+        flip: bool,
+        obstacles: Option<Mesh<'_>>,
+    ) -> PyResult<Self> {
+        let mut scene = scene::Scene::clone(&self.0);
+        scene.choose_sides(choice(py, sides)?);
+        if flip {
+            scene.flip();
+        }
+        if let Some((vertices, faces)) = obstacles {
+            obstruct(py, &mut scene, &vertices, &faces)?;
+        }
+        Ok(Self(Arc::new(scene)))
+    }
+
+    #[getter]
+    fn name(&self) -> &str {
+        &self.0.name
+    }
+
+    /// Positions (n, 3), m.
+    fn vertices<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        triples(py, self.0.geometry.vertices.iter().map(|v| v.to_array()))
+    }
+
+    /// Corners of the file's faces (m, 3).
+    fn faces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<u32>>> {
+        let geometry = &self.0.geometry;
+        let corners = |(face, t): (u32, Option<usize>)| {
+            let whole = geometry.cut_faces.get(&face).copied();
+            whole.or(t.map(|t| geometry.triangles[t])).unwrap_or_default()
+        };
+        triples(py, self.first_of_face().into_iter().map(corners))
+    }
+
+    /// Names by surface, material or object, and of each face the index of its own.
+    fn grouping<'py>(&self, py: Python<'py>, by: &str) -> (Vec<String>, Bound<'py, PyArray1<u32>>) {
+        let grouping = self.0.grouping(match by {
+            "material" => GroupBy::Material,
+            "object" => GroupBy::Object,
+            _ => GroupBy::Surface,
+        });
+        let own = |(_, t): (u32, Option<usize>)| t.map_or(0, |t| grouping.of[t]);
+        let of: Vec<u32> = self.first_of_face().into_iter().map(own).collect();
+        (grouping.names, PyArray1::from_vec(py, of))
+    }
+}
+
+impl Scene {
+    /// The faces of the file, each with its first triangle.
+    fn first_of_face(&self) -> Vec<(u32, Option<usize>)> {
+        let geometry = &self.0.geometry;
+        let mut first: Vec<(u32, Option<usize>)> =
+            (0..geometry.faces() as u32).map(|face| (face, None)).collect();
+        for t in geometry.ids() {
+            first[geometry.face(t) as usize].1.get_or_insert(t.index());
+        }
+        first
+    }
+}
+
+/// Rows of three, without a copy.
+fn rows<'a, T: numpy::Element>(array: &'a PyReadonlyArray2<'_, T>) -> PyResult<&'a [[T; 3]]> {
+    debug_assert_eq!(array.shape()[1], 3);
+    Ok(array.as_slice()?.as_chunks().0)
+}
+
+/// Adds what only blocks.
+fn obstruct(
+    py: Python<'_>,
+    scene: &mut scene::Scene,
+    vertices: &PyReadonlyArray2<'_, f64>,
+    faces: &PyReadonlyArray2<'_, u32>,
+) -> PyResult<()> {
+    let added = scene.add_obstacles(rows(vertices)?, rows(faces)?);
+    added.map_err(|e| Failure::Input(format!("obstacles: {e}")).raise(py))
+}
+
+/// What `sides=` says.
+fn choice(py: Python<'_>, sides: &str) -> PyResult<SidesChoice> {
+    match sides {
+        "file" => Ok(SidesChoice::File),
+        "one" => Ok(SidesChoice::One),
+        "two" => Ok(SidesChoice::Two),
+        _ => {
+            let text = format!("sides={sides:?}: give 'one', 'two' or 'file'");
+            Err(Failure::Input(text).raise(py))
+        }
+    }
+}

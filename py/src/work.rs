@@ -1,0 +1,111 @@
+//! Long work on a thread of its own, while the caller's hears signals and tells of progress.
+
+use std::collections::BTreeSet;
+use std::ffi::CString;
+use std::panic::resume_unwind;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::Relaxed};
+use std::sync::mpsc::{self, RecvTimeoutError};
+use std::sync::{Mutex, PoisonError};
+use std::thread;
+use std::time::Duration;
+
+use hemicube::progress::{Cancelled, Progress};
+use pyo3::prelude::*;
+
+use crate::failure::Failure;
+
+/// How often signals are looked for.
+const LOOK: Duration = Duration::from_millis(50);
+
+/// As much as the main thread of a program has.
+const STACK: usize = 8 << 20;
+
+/// What is heard of work, and whether it is to stop.
+#[derive(Debug, Default)]
+struct Heard {
+    stopped: AtomicBool,
+    done: AtomicU64,
+    /// The stage and its units in all.
+    stage: Mutex<(String, u64)>,
+    warnings: Mutex<BTreeSet<String>>,
+}
+
+impl Progress for Heard {
+    fn stage(&self, name: &str, total: u64) {
+        let mut stage = self.stage.lock().unwrap_or_else(PoisonError::into_inner);
+        *stage = (name.to_owned(), total);
+        self.done.store(0, Relaxed);
+    }
+
+    fn advance(&self, n: u64) -> Result<(), Cancelled> {
+        self.done.fetch_add(n, Relaxed);
+        if self.stopped.load(Relaxed) { Err(Cancelled) } else { Ok(()) }
+    }
+
+    fn warn(&self, message: &str) {
+        let mut warnings = self.warnings.lock().unwrap_or_else(PoisonError::into_inner);
+        warnings.insert(message.to_owned());
+    }
+}
+
+impl Heard {
+    /// Raises what a signal means, and tells `progress(stage, done, total)`.
+    fn look(&self, py: Python<'_>, progress: Option<&Py<PyAny>>) -> PyResult<()> {
+        py.check_signals()?;
+        if let Some(progress) = progress {
+            let (stage, total) = self.stage.lock().unwrap_or_else(PoisonError::into_inner).clone();
+            progress.call1(py, (stage, self.done.load(Relaxed), total))?;
+        }
+        Ok(())
+    }
+}
+
+/// What `work` yields, which is heard of by `progress(stage, done, total)` a few times a second.
+/// Other threads of Python go on meanwhile. Ctrl-C, and what `progress` raises, stop the work.
+pub fn run<T: Send>(
+    py: Python<'_>,
+    progress: Option<Py<PyAny>>,
+    work: impl FnOnce(&dyn Progress) -> Result<T, Failure> + Send,
+) -> PyResult<T> {
+    let heard = &Heard::default();
+    let progress = progress.as_ref();
+    let (ended, stopped) = py.detach(|| {
+        thread::scope(|scope| {
+            // Closed as soon as the work ends, however it does.
+            let (working, ends) = mpsc::channel::<()>();
+            let work = move || {
+                let _working = working;
+                work(heard)
+            };
+            let thread = thread::Builder::new().name("hemicube".into()).stack_size(STACK);
+            let thread = match thread.spawn_scoped(scope, work) {
+                Ok(thread) => thread,
+                Err(e) => {
+                    return (Err(Failure::Failed(format!("no thread to work on: {e}"))), None);
+                }
+            };
+            let mut stopped = None;
+            while ends.recv_timeout(LOOK) == Err(RecvTimeoutError::Timeout) {
+                if stopped.is_none() {
+                    stopped = Python::attach(|py| heard.look(py, progress)).err();
+                    heard.stopped.store(stopped.is_some(), Relaxed);
+                }
+            }
+            (thread.join().unwrap_or_else(|panic| resume_unwind(panic)), stopped)
+        })
+    });
+    if let Some(error) = stopped {
+        return Err(error);
+    }
+    let done = ended.map_err(|failure| failure.raise(py))?;
+    let warnings =
+        std::mem::take(&mut *heard.warnings.lock().unwrap_or_else(PoisonError::into_inner));
+    warnings.iter().try_for_each(|text| warn(py, text))?;
+    Ok(done)
+}
+
+/// Says something doubtful about a result.
+pub fn warn(py: Python<'_>, text: &str) -> PyResult<()> {
+    let category = py.import("hemicube._errors")?.getattr("ModelWarning")?;
+    PyErr::warn(py, &category, &CString::new(text)?, 2)
+}
