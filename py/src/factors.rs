@@ -5,9 +5,9 @@ use std::sync::Arc;
 use glam::DVec3;
 use hemicube::direct::from_lamps;
 use hemicube::engines::{EngineOptions, ExactOptions};
-use hemicube::matrix::{Layout, Lumped, Matrix, MatrixOptions, Rows, make, make_rows};
+use hemicube::matrix::{Face, Layout, Lumped, Matrix, MatrixOptions, Rows, make, make_rows};
 use hemicube::patches::Patches;
-use hemicube::scene::{self, Lamp};
+use hemicube::scene::{self, Lamp, Side};
 use hemicube::visibility::Bvh;
 use numpy::{IntoPyArray, PyArray1, PyArray3};
 use pyo3::prelude::*;
@@ -19,35 +19,41 @@ use crate::remedy;
 use crate::scene::Scene;
 use crate::work::run;
 
-/// The pieces of surface that rows are of.
+/// The pieces of surface that rows are of; a row has one or more.
 #[pyclass(module = "hemicube._hemicube", frozen)]
 pub struct Pieces {
     scene: Arc<scene::Scene>,
     patches: Patches,
     layout: Layout,
-    /// The row of each row of the layout, and how many there are.
-    row_of: Vec<u32>,
-    rows: usize,
 }
 
 #[pymethods]
 impl Pieces {
-    /// Corners (n, 3, 3) of the rows' pieces, m; of rows of several pieces, all of them, and the
-    /// row of each.
-    #[allow(clippy::type_complexity, reason = "two arrays")]
-    fn corners<'py>(
-        &self,
-        py: Python<'py>,
-    ) -> PyResult<(Bound<'py, PyArray3<f64>>, Bound<'py, PyArray1<u32>>)> {
+    /// Corners (p, 3, 3), m.
+    fn corners<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<f64>>> {
         let geometry = &self.scene.geometry;
-        let all = self.layout.faces.iter().map(|face| match face.patch {
-            Some(patch) => self.patches.cell(patch).corners(geometry),
-            None => geometry.corners(face.triangle),
-        });
-        Ok((corners(py, all)?, PyArray1::from_slice(py, &self.row_of)))
+        corners(
+            py,
+            self.layout.faces.iter().map(|face| match face.patch {
+                Some(patch) => self.patches.cell(patch).corners(geometry),
+                None => geometry.corners(face.triangle),
+            }),
+        )
     }
 
-    /// Irradiance (n,) of each row by parallel light from where `toward` points, W/m².
+    /// Areas (p,), m²; 0 of those that take no part.
+    fn areas<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        let area = |face: &Face| face.patch.map_or(0.0, |patch| self.patches.own_area(patch));
+        PyArray1::from_iter(py, self.layout.faces.iter().map(area))
+    }
+
+    /// Which (p,) are backs.
+    fn backs<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<bool>> {
+        PyArray1::from_iter(py, self.layout.faces.iter().map(|f| f.side == Side::Back))
+    }
+
+    /// Irradiance (p,) by parallel light from where `toward` points, W/m².
+    #[pyo3(signature = (toward, irradiance, progress=None))]
     fn sunlight<'py>(
         &self,
         py: Python<'py>,
@@ -57,27 +63,15 @@ impl Pieces {
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let found = run(py, progress, |progress| {
             progress.stage("sunlight", 0);
-            Ok(self.from_sun(-DVec3::from(toward).normalize_or_zero(), irradiance))
+            let mut scene = scene::Scene::clone(&self.scene);
+            let direction = -DVec3::from(toward).normalize_or_zero();
+            let (name, irradiance) = ("sun".to_owned(), DVec3::splat(irradiance));
+            scene.lamps = vec![Lamp::Directional { name, direction, irradiance }];
+            let direct = from_lamps(&scene, &self.patches, &Bvh::new(&scene.geometry));
+            let own = |face: &Face| face.patch.map_or(0.0, |patch| direct[patch.index()].x);
+            Ok(self.layout.faces.iter().map(own).collect::<Vec<f64>>())
         })?;
         Ok(found.into_pyarray(py))
-    }
-}
-
-impl Pieces {
-    fn from_sun(&self, direction: DVec3, irradiance: f64) -> Vec<f64> {
-        let mut scene = scene::Scene::clone(&self.scene);
-        let (name, irradiance) = ("sun".to_owned(), DVec3::splat(irradiance));
-        scene.lamps = vec![Lamp::Directional { name, direction, irradiance }];
-        let bvh = Bvh::new(&scene.geometry);
-        let direct = from_lamps(&scene, &self.patches, &bvh);
-        let mut sums = vec![[0.0; 2]; self.rows];
-        for (face, &row) in self.layout.faces.iter().zip(&self.row_of) {
-            let Some(patch) = face.patch else { continue };
-            let area = self.patches.own_area(patch);
-            sums[row as usize][0] += area * direct[patch.index()].x;
-            sums[row as usize][1] += area;
-        }
-        sums.into_iter().map(|[sum, area]| if area > 0.0 { sum / area } else { 0.0 }).collect()
     }
 }
 
@@ -143,7 +137,8 @@ struct Made {
     front: Vec<i64>,
     patches: Patches,
     layout: Layout,
-    row_of: Vec<u32>,
+    /// The row of each piece.
+    row_of: Vec<i64>,
     error: f64,
     report: String,
 }
@@ -166,8 +161,8 @@ impl Made {
         let entries = collected(rows, which.iter().copied());
         let entries = entries.map_err(|e| Failure::Failed(e.to_string()))?;
         let rest: Vec<[f64; 2]> = which.iter().map(|&i| rows.rest(i)).collect();
-        let row_of: Vec<u32> = (0..matrix.len())
-            .map(|i| lumped.as_ref().map_or(i, |lumped| lumped.group_of(i)) as u32)
+        let row_of: Vec<i64> = (0..matrix.len())
+            .map(|i| lumped.as_ref().map_or(i, |lumped| lumped.group_of(i)) as i64)
             .collect();
         let (mut area, mut face, mut front) = (vec![0.0; n], vec![0; n], vec![0; n]);
         let fronts = matrix.layout.fronts();
@@ -175,7 +170,7 @@ impl Made {
             let row = row as usize;
             area[row] += matrix.area(i);
             face[row] = i64::from(geometry.face(matrix.layout.faces[i].triangle));
-            front[row] = i64::from(row_of[fronts[i] as usize]);
+            front[row] = row_of[fronts[i] as usize];
         }
         let error = matrix.report.pairs.map_or(0.0, |pairs| pairs.error);
         let report = serde_json::to_string(&matrix.report);
@@ -227,9 +222,8 @@ pub fn view_factors<'py>(
         scene: Arc::clone(&scene.0),
         patches: made.patches,
         layout: made.layout,
-        row_of: made.row_of,
-        rows: made.area.len(),
     };
+    all.set_item("row_of", made.row_of.into_pyarray(py))?;
     all.set_item("area", made.area.into_pyarray(py))?;
     all.set_item("pieces", Bound::new(py, pieces)?)?;
     Ok(all)

@@ -8,6 +8,7 @@ mod arrays;
 mod factors;
 mod failure;
 mod heat;
+mod light;
 mod remedy;
 mod scene;
 mod work;
@@ -19,9 +20,11 @@ use pyo3::prelude::*;
 fn _hemicube(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<scene::Scene>()?;
     module.add_class::<factors::Pieces>()?;
+    module.add_class::<light::Light>()?;
     module.add_function(wrap_pyfunction!(factors::view_factors, module)?)?;
     module.add_function(wrap_pyfunction!(heat::heat, module)?)?;
     module.add_function(wrap_pyfunction!(heat::gebhart, module)?)?;
     module.add_function(wrap_pyfunction!(heat::lump, module)?)?;
+    module.add_function(wrap_pyfunction!(light::lit, module)?)?;
     module.add("__version__", env!("CARGO_PKG_VERSION"))
 }

@@ -1,12 +1,16 @@
 //! What an error of the library is called in Python, and what to do about it: the library says what
 //! is wrong and by how much; here stands the argument that helps.
 
+use hemicube::bake::BakeError;
 use hemicube::engines::EngineError;
+use hemicube::export::ExportError;
 use hemicube::form_factors::SinkError;
 use hemicube::heat::HeatError;
 use hemicube::matrix::{MatrixError, MatrixOptions};
 use hemicube::patches::PatchesError;
-use hemicube::scene::{Finding, ImportError, Setting};
+use hemicube::render::RenderError;
+use hemicube::scene::{Finding, ImportError, Scene, Setting};
+use hemicube::solution::LightError;
 
 use crate::failure::Failure;
 
@@ -112,4 +116,62 @@ pub fn of_heat(error: &HeatError, node_of: &[u32]) -> Failure {
         HeatError::Memory { .. } => Failure::Memory(text),
         _ => Failure::Input(text),
     }
+}
+
+/// About a scene that nothing lights.
+pub fn of_darkness(scene: &Scene) -> Failure {
+    let name = &scene.name;
+    Failure::Input(format!(
+        "{name}: nothing emits light; give it scene.sky, scene.add_lamp(position, flux), or a \
+         material that emits: scene.set_emission(name, radiance)"
+    ))
+}
+
+/// About a scene that could not be lit.
+pub fn of_light(error: LightError) -> Failure {
+    Failure::of(error, |error| match &error {
+        LightError::Memory { proposal, .. } => {
+            let size = proposal.map(|size| format!("patch_size={size} (m²) or more, "));
+            let size = size.unwrap_or_default();
+            Failure::Memory(format!("{error}; use {size}fewer samples=, or more memory="))
+        }
+        LightError::Sink(_) => Failure::Memory(format!(
+            "{error}; use a larger patch_size=, fewer samples=, or more memory="
+        )),
+        LightError::Patches(e) => Failure::Input(format!("{error}{}", of_patches(e))),
+        LightError::NoSky | LightError::Engine(EngineError::Clusters(_)) => {
+            Failure::Input(error.to_string())
+        }
+        LightError::Solve(_) => Failure::Failed(format!("{error}; lower max_reflectance=")),
+        _ => Failure::Failed(error.to_string()),
+    })
+}
+
+/// About a picture that cannot be made.
+pub fn of_picture(error: RenderError) -> Failure {
+    Failure::of(error, |error| {
+        let remedy = match error {
+            RenderError::Size(..) => "; give another size=",
+            RenderError::Camera(_) => "; give another eye= or target=",
+            _ => "",
+        };
+        Failure::Input(format!("{error}{remedy}"))
+    })
+}
+
+/// About a model that was not baked.
+pub fn of_bake(error: BakeError) -> Failure {
+    Failure::of(error, |error| match error {
+        BakeError::Atlas(_) => Failure::Input(format!("{error}; give a larger texel=")),
+        BakeError::Memory { .. } => Failure::Memory(format!("{error}; give a larger texel=")),
+        BakeError::Nothing => {
+            Failure::Input(format!("{error}; does the model face inwards? Try flip=True"))
+        }
+        _ => Failure::Failed(error.to_string()),
+    })
+}
+
+/// About a file that was not written.
+pub fn of_export(error: ExportError) -> Failure {
+    Failure::of(error, |error| Failure::File(error.to_string()))
 }

@@ -1,12 +1,15 @@
 //! Scenes: from arrays, from files, and built in.
 
+use std::f64::consts::PI;
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use glam::DVec3;
 use hemicube::scene::builtin::UnknownBuiltin;
 use hemicube::scene::inspect::doubtful_unit;
-use hemicube::scene::{self, GroupBy, ImportOptions, Material, Severity, SidesChoice};
+use hemicube::scene::{
+    self, GroupBy, ImportOptions, Lamp, Material, Optics, Severity, SidesChoice,
+};
 use numpy::{PyArray1, PyArray2, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
@@ -96,6 +99,43 @@ impl Scene {
         Ok(Self(Arc::new(scene)))
     }
 
+    /// The same with a sky of this uniform radiance.
+    fn with_sky(&self, radiance: [f64; 3]) -> Self {
+        self.edited(|scene| scene.sky = radiance.into())
+    }
+
+    /// Radiance of the sky.
+    #[getter]
+    fn sky(&self) -> [f64; 3] {
+        self.0.sky.to_array()
+    }
+
+    /// The same with a lamp that sends out this flux alike in all directions.
+    fn with_lamp(&self, name: String, position: [f64; 3], flux: [f64; 3]) -> Self {
+        let (position, intensity) = (position.into(), DVec3::from(flux) / (4.0 * PI));
+        let (x_axis, photometry) = (DVec3::X, None);
+        let lamp = Lamp::Point { name, position, intensity, x_axis, photometry };
+        self.edited(|scene| scene.lamps.push(lamp))
+    }
+
+    /// The same with parallel light from where `toward` points.
+    fn with_sun(&self, toward: [f64; 3], irradiance: [f64; 3]) -> Self {
+        let direction = -DVec3::from(toward).normalize_or_zero();
+        let (name, irradiance) = ("sun".to_owned(), irradiance.into());
+        let sun = Lamp::Directional { name, direction, irradiance };
+        self.edited(|scene| scene.lamps.push(sun))
+    }
+
+    /// The same where materials of that name have this radiance; None without any.
+    fn with_emission(&self, name: &str, radiance: [f64; 3]) -> Option<Self> {
+        self.with_material(name, |optics, m| optics.set_radiance(m, radiance.into()))
+    }
+
+    /// The same where materials of that name have this reflectance; None without any.
+    fn with_reflectance(&self, name: &str, reflectance: [f64; 3]) -> Option<Self> {
+        self.with_material(name, |optics, m| optics.set_reflectance(m, reflectance.into()))
+    }
+
     #[getter]
     fn name(&self) -> &str {
         &self.0.name
@@ -130,6 +170,19 @@ impl Scene {
 }
 
 impl Scene {
+    fn edited(&self, edit: impl FnOnce(&mut scene::Scene)) -> Self {
+        let mut scene = scene::Scene::clone(&self.0);
+        edit(&mut scene);
+        Self(Arc::new(scene))
+    }
+
+    fn with_material(&self, name: &str, edit: impl Fn(&mut Optics, usize)) -> Option<Self> {
+        let named = |m: &usize| self.0.optics.materials[*m].name == name;
+        let found: Vec<usize> = (0..self.0.optics.materials.len()).filter(named).collect();
+        let all = |scene: &mut scene::Scene| found.iter().for_each(|&m| edit(&mut scene.optics, m));
+        (!found.is_empty()).then(|| self.edited(all))
+    }
+
     /// The faces of the file, each with its first triangle.
     fn first_of_face(&self) -> Vec<(u32, Option<usize>)> {
         let geometry = &self.0.geometry;
@@ -143,7 +196,7 @@ impl Scene {
 }
 
 /// Rows of three, without a copy.
-fn rows<'a, T: numpy::Element>(array: &'a PyReadonlyArray2<'_, T>) -> PyResult<&'a [[T; 3]]> {
+pub fn rows<'a, T: numpy::Element>(array: &'a PyReadonlyArray2<'_, T>) -> PyResult<&'a [[T; 3]]> {
     debug_assert_eq!(array.shape()[1], 3);
     Ok(array.as_slice()?.as_chunks().0)
 }

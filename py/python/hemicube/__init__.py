@@ -20,17 +20,22 @@ from ._hemicube import __version__
 from .factors import ViewFactors, view_factors
 from .heat import HeatBalance
 from .models import Mesh, read
+from .scene import Light, Scene, load, luminance
 
 __all__ = [
     "Error",
     "FileError",
     "HeatBalance",
     "InputError",
+    "Light",
     "Mesh",
     "ModelWarning",
     "OutOfMemory",
+    "Scene",
     "ViewFactors",
     "__version__",
+    "load",
+    "luminance",
     "read",
     "view_factors",
 ]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 import json
 import warnings
 from collections.abc import Iterable
@@ -18,6 +17,7 @@ from ._errors import InputError, ModelWarning
 from ._progress import Progress, hearer
 from .heat import HeatBalance, balance
 from .models import Mesh, mesh_arrays
+from .scene import Scene
 
 if TYPE_CHECKING:
     import scipy.sparse
@@ -133,12 +133,14 @@ class ViewFactors:
         rows: NDArray[np.int64] | None = None,
         labels: NDArray[Any] | None = None,
         pieces: _hemicube.Pieces | None = None,
+        row_of: NDArray[np.int64] | None = None,
     ) -> None:
         self._starts, self._columns, self._values = starts, columns, values
         self.area, self.escape, self.back = area, escape, back
         self.face, self.front, self.rows, self.labels = face, front, rows, labels
         self.error, self.report = error, report
-        self._pieces = pieces
+        # The pieces of surface that rows are of, and the row of each.
+        self._pieces, self._row_of = pieces, row_of
 
     def __len__(self) -> int:
         return len(self._starts) - 1
@@ -205,6 +207,8 @@ class ViewFactors:
             labels=names[order],
             error=self.error,
             report=self.report,
+            pieces=self._pieces,
+            row_of=None if self._row_of is None else of[self._row_of],
             **made,
         )
 
@@ -271,10 +275,52 @@ class ViewFactors:
 
         `toward` (3,) points to the sun; `irradiance` is that of a surface that faces it, W/m².
         """
-        if self._pieces is None:
-            raise InputError("sunlight: lumped factors see no shadows; lump after it")
+        pieces, row_of = self._surfaces()
         direction = _arrays.triple("toward", toward)
-        return self._pieces.sunlight(direction, float(irradiance), hearer(progress))
+        if not np.isfinite(irradiance) or irradiance < 0:
+            raise InputError(f"irradiance={irradiance!r}: is no irradiance in W/m²")
+        found = pieces.sunlight(direction, float(irradiance), hearer(progress))
+        sums = np.bincount(row_of, weights=found * pieces.areas(), minlength=len(self.area))
+        return np.divide(sums, self.area, out=np.zeros(len(self.area)), where=self.area > 0)
+
+    def to_pyvista(self, **values: ArrayLike) -> Any:
+        """The surfaces as a `pyvista.PolyData`, with `values` (m,) as arrays of its cells: those of
+        fronts by their names, those of backs as `NAME_back`."""
+        import pyvista
+
+        points, triangles, rows = self._cells()
+        mesh = pyvista.PolyData.from_regular_faces(points, triangles)
+        backs = np.flatnonzero(self.front != np.arange(len(self.area)))
+        back_of = np.arange(len(self.area))
+        back_of[self.front[backs]] = backs
+        for name, given in values.items():
+            of_rows = self.each(name, given)
+            mesh.cell_data[name] = of_rows[rows]
+            if len(backs):
+                mesh.cell_data[f"{name}_back"] = of_rows[back_of[rows]]
+        return mesh
+
+    def to_trimesh(self) -> Any:
+        """The fronts of the surfaces as a `trimesh.Trimesh`, whose `face_attributes["row"]` is the
+        row of each."""
+        import trimesh
+
+        points, triangles, rows = self._cells()
+        attributes = {"row": rows}
+        return trimesh.Trimesh(points, triangles, face_attributes=attributes, process=False)
+
+    def _cells(self) -> tuple[Floats, NDArray[np.int64], NDArray[np.int64]]:
+        """Points (n, 3), triangles of them (k, 3), and the row (k,) of each: of fronts."""
+        pieces, row_of = self._surfaces()
+        fronts = ~pieces.backs()
+        corners = pieces.corners()[fronts].reshape(-1, 3)
+        points, index = np.unique(corners, axis=0, return_inverse=True)
+        return points, index.reshape(-1, 3), row_of[fronts]
+
+    def _surfaces(self) -> tuple[_hemicube.Pieces, NDArray[np.int64]]:
+        if self._pieces is None or self._row_of is None:
+            raise InputError("where the surfaces are is not kept in a copy; use the first factors")
+        return self._pieces, self._row_of
 
     @property
     def is_open(self) -> bool:
@@ -349,9 +395,8 @@ class ViewFactors:
             "escapes": f"{100 * mean:.3g} %",
         }
         if self.labels is not None:
-            facts["surfaces"] = html.escape(", ".join(str(label) for label in self.labels[:8]))
-        cells = "".join(f"<tr><th>{k}</th><td>{v}</td></tr>" for k, v in facts.items())
-        return f"<table><caption>view factors</caption>{cells}</table>"
+            facts["surfaces"] = ", ".join(str(label) for label in self.labels[:8])
+        return _arrays.table("view factors", facts)
 
 
 def _pair(name: str, mesh: Any) -> tuple[Floats, NDArray[np.uint32]] | None:
@@ -369,7 +414,7 @@ def _scene_of(
     obstacles: tuple[Floats, NDArray[np.uint32]] | None,
     sides: str,
 ) -> _hemicube.Scene:
-    if isinstance(vertices, Mesh):
+    if isinstance(vertices, (Mesh, Scene)):
         return vertices._scene.changed(sides, False, obstacles)
     if faces is None:
         vertices, faces = mesh_arrays(vertices)

@@ -52,6 +52,18 @@ class Mesh:
         """Name (m,) of each face's object."""
         return self._names("object")
 
+    def to_trimesh(self) -> Any:
+        """The same as a `trimesh.Trimesh`, face by face."""
+        import trimesh
+
+        return trimesh.Trimesh(self.vertices, self.faces, process=False)
+
+    def to_pyvista(self) -> Any:
+        """The same as a `pyvista.PolyData`, face by face."""
+        import pyvista
+
+        return pyvista.PolyData.from_regular_faces(self.vertices, self.faces.astype(np.int64))
+
     def _names(self, by: str) -> NDArray[np.str_]:
         names, of = self._scene.grouping(by)
         return np.array(names, dtype=np.str_)[of]
