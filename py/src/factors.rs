@@ -218,11 +218,7 @@ pub fn view_factors<'py>(
     all.set_item("front", made.front.into_pyarray(py))?;
     all.set_item("error", made.error)?;
     all.set_item("report", made.report)?;
-    let pieces = Pieces {
-        scene: Arc::clone(&scene.0),
-        patches: made.patches,
-        layout: made.layout,
-    };
+    let pieces = Pieces { scene: Arc::clone(&scene.0), patches: made.patches, layout: made.layout };
     all.set_item("row_of", made.row_of.into_pyarray(py))?;
     all.set_item("area", made.area.into_pyarray(py))?;
     all.set_item("pieces", Bound::new(py, pieces)?)?;
