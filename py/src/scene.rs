@@ -45,9 +45,9 @@ impl Scene {
         Ok(Self(Arc::new(scene)))
     }
 
-    /// Reads a file; `unit` is in metres.
+    /// Reads a file; `unit` is in metres. What is doubtful about materials is said of what is `lit`.
     #[staticmethod]
-    #[pyo3(signature = (path, unit, up, sides, max_reflectance))]
+    #[pyo3(signature = (path, unit, up, sides, max_reflectance, lit))]
     fn load(
         py: Python<'_>,
         path: PathBuf,
@@ -55,6 +55,7 @@ impl Scene {
         up: Option<[f64; 3]>,
         sides: &str,
         max_reflectance: f64,
+        lit: bool,
     ) -> PyResult<Self> {
         let (up, sides) = (up.map(DVec3::from), choice(py, sides)?);
         let options = ImportOptions { unit, up, max_reflectance, sides };
@@ -62,7 +63,8 @@ impl Scene {
             run(py, None, |_| scene::load(&path, &options).map_err(|e| remedy::of_import(&e)))?;
         let unit = doubtful_unit(&scene.geometry);
         for finding in scene.findings.iter().chain(&unit) {
-            if finding.severity == Severity::Warning {
+            let counts = lit || !finding.message.contains("reflectance");
+            if counts && finding.severity == Severity::Warning {
                 warn(py, &remedy::of_finding(finding))?;
             }
         }

@@ -5,6 +5,7 @@ from __future__ import annotations
 import html
 import os
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -67,6 +68,16 @@ def above(name: str, value: float, least: float = 0.0) -> float:
     if not (np.isfinite(number) and number > least):
         raise InputError(f"{name}={value!r}: is not above {least:g}")
     return number
+
+
+def sums(of: NDArray[Any], weights: NDArray[np.float64], count: int) -> NDArray[np.float64]:
+    """Sums of `weights` (n,) by the group `of` (n,) each, of `count` groups."""
+    return np.asarray(np.bincount(of, weights=weights, minlength=count), dtype=np.float64)
+
+
+def over(values: NDArray[np.float64], areas: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Quotients; 0 where there is no area."""
+    return np.divide(values, areas, out=np.zeros(len(areas)), where=areas > 0)
 
 
 def available_memory() -> int:

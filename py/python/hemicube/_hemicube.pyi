@@ -3,20 +3,22 @@
 import os
 from collections.abc import Callable
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, final
 
 import numpy as np
 from numpy.typing import NDArray
 
-Hearer = Callable[[str, int, int], None] | None
-Mesh = tuple[NDArray[np.float64], NDArray[np.uint32]]
+_Hearer = Callable[[str, int, int], None] | None
+_Mesh = tuple[NDArray[np.float64], NDArray[np.uint32]]
 
+__all__: list[str]
 __version__: str
 
+@final
 class Scene:
     @staticmethod
     def from_arrays(
-        vertices: NDArray[np.float64], faces: NDArray[np.uint32], obstacles: Mesh | None = None
+        vertices: NDArray[np.float64], faces: NDArray[np.uint32], obstacles: _Mesh | None = None
     ) -> Scene: ...
     @staticmethod
     def load(
@@ -25,10 +27,11 @@ class Scene:
         up: list[float] | None,
         sides: str,
         max_reflectance: float,
+        lit: bool,
     ) -> Scene: ...
     @staticmethod
     def builtin(name: str) -> Scene: ...
-    def changed(self, sides: str, flip: bool, obstacles: Mesh | None = None) -> Scene: ...
+    def changed(self, sides: str, flip: bool, obstacles: _Mesh | None = None) -> Scene: ...
     @property
     def name(self) -> str: ...
     def vertices(self) -> NDArray[np.float64]: ...
@@ -42,14 +45,16 @@ class Scene:
     def with_reflectance(self, name: str, reflectance: list[float]) -> Scene | None: ...
     def grouping(self, by: str) -> tuple[list[str], NDArray[np.uint32]]: ...
 
+@final
 class Pieces:
     def corners(self) -> NDArray[np.float64]: ...
     def areas(self) -> NDArray[np.float64]: ...
     def backs(self) -> NDArray[np.bool_]: ...
     def sunlight(
-        self, toward: list[float], irradiance: float, progress: Hearer = None
+        self, toward: list[float], irradiance: float, progress: _Hearer = None
     ) -> NDArray[np.float64]: ...
 
+@final
 class Light:
     @property
     def report(self) -> str: ...
@@ -58,32 +63,32 @@ class Light:
         points: NDArray[np.float64],
         normals: NDArray[np.float64],
         samples: int | None,
-        progress: Hearer = None,
+        progress: _Hearer = None,
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.uint8]]: ...
-    def render(self, looked: SimpleNamespace, progress: Hearer = None) -> NDArray[np.float32]: ...
+    def render(self, looked: SimpleNamespace, progress: _Hearer = None) -> NDArray[np.float32]: ...
     def bake(
         self,
         path: str,
         mode: str,
         texel: float | None,
         exposure: float | None,
-        progress: Hearer = None,
+        progress: _Hearer = None,
     ) -> list[os.PathLike[str]]: ...
-    def save(self, path: str, progress: Hearer = None) -> None: ...
+    def save(self, path: str, progress: _Hearer = None) -> None: ...
 
-def light(scene: Scene, asked: SimpleNamespace, progress: Hearer = None) -> Light: ...
+def light(scene: Scene, asked: SimpleNamespace, progress: _Hearer = None) -> Light: ...
 def view_factors(
-    scene: Scene, options: SimpleNamespace, progress: Hearer = None
+    scene: Scene, options: SimpleNamespace, progress: _Hearer = None
 ) -> dict[str, Any]: ...
 def heat(
-    matrix: SimpleNamespace, given: SimpleNamespace, progress: Hearer = None
+    matrix: SimpleNamespace, given: SimpleNamespace, progress: _Hearer = None
 ) -> dict[str, Any]: ...
 def gebhart(
     matrix: SimpleNamespace,
     emissivity: NDArray[np.float64],
     environment: bool,
     memory: int,
-    progress: Hearer = None,
+    progress: _Hearer = None,
 ) -> NDArray[np.float64]: ...
 def lump(
     matrix: SimpleNamespace, group_of: NDArray[np.int64], groups: int

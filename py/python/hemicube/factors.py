@@ -20,8 +20,8 @@ from .models import Mesh, mesh_arrays
 from .scene import Scene
 
 if TYPE_CHECKING:
-    import scipy.sparse
-    import scipy.sparse.linalg
+    from scipy.sparse import csr_array
+    from scipy.sparse.linalg import LinearOperator
 
 Floats = NDArray[np.float64]
 
@@ -151,7 +151,7 @@ class ViewFactors:
         return len(self), len(self.area)
 
     @cached_property
-    def matrix(self) -> scipy.sparse.csr_array:
+    def matrix(self) -> csr_array:
         """The factors, (m, m), or (n, m) with `rows=`. Single precision as they are made; double
         where they were scaled (`enclosure`, `threshold`) or lumped."""
         from scipy.sparse import csr_array
@@ -161,7 +161,7 @@ class ViewFactors:
         matrix.has_canonical_format = True
         return matrix
 
-    def as_linear_operator(self) -> scipy.sparse.linalg.LinearOperator:
+    def as_linear_operator(self) -> LinearOperator:
         """F as a linear operator in double precision: `F @ radiosity` is irradiance."""
         from scipy.sparse.linalg import LinearOperator
 
@@ -189,11 +189,10 @@ class ViewFactors:
         rank[order] = np.arange(len(order))
         of = rank[of.reshape(-1)]
         groups = len(names)
-        area = np.bincount(of, weights=self.area, minlength=groups)
+        area = _arrays.sums(of, self.area, groups)
 
         def mean(shares: Floats) -> Floats:
-            sums = np.bincount(of, weights=self.area * shares, minlength=groups)
-            return np.divide(sums, area, out=np.zeros(groups), where=area > 0)
+            return _arrays.over(_arrays.sums(of, self.area * shares, groups), area)
 
         front = np.arange(groups)
         front[of] = of[self.front]
@@ -280,8 +279,8 @@ class ViewFactors:
         if not np.isfinite(irradiance) or irradiance < 0:
             raise InputError(f"irradiance={irradiance!r}: is no irradiance in W/m²")
         found = pieces.sunlight(direction, float(irradiance), hearer(progress))
-        sums = np.bincount(row_of, weights=found * pieces.areas(), minlength=len(self.area))
-        return np.divide(sums, self.area, out=np.zeros(len(self.area)), where=self.area > 0)
+        sums = _arrays.sums(row_of, found * pieces.areas(), len(self.area))
+        return _arrays.over(sums, self.area)
 
     def to_pyvista(self, **values: ArrayLike) -> Any:
         """The surfaces as a `pyvista.PolyData`, with `values` (m,) as arrays of its cells: those of
@@ -362,7 +361,8 @@ class ViewFactors:
 
     def _all_rows(self, what: str) -> None:
         if self.rows is not None:
-            raise InputError(f"{what}: takes all rows, and these are {len(self)} of {self.shape[1]}")
+            n, m = self.shape
+            raise InputError(f"{what}: takes all rows, and these are {n} of {m}")
 
     def _arrays(self) -> SimpleNamespace:
         return SimpleNamespace(
@@ -381,7 +381,8 @@ class ViewFactors:
 
     def __repr__(self) -> str:
         n, m = self.shape
-        return f"<hemicube.ViewFactors {n} x {m}, {len(self._values)} factors, error {self.error:.1e}>"
+        count, error = len(self._values), self.error
+        return f"<hemicube.ViewFactors {n} x {m}, {count} factors, error {error:.1e}>"
 
     def _repr_html_(self) -> str:
         n, m = self.shape

@@ -157,7 +157,7 @@ def _supplied(
         # One number a face, or for all: both sides of it together.
         given &= factors.front == np.arange(len(of_rows))
     weights = np.where(given, of_rows, 0.0) * factors.area
-    sums = np.bincount(node_of, weights=weights, minlength=nodes)
+    sums = _arrays.sums(node_of, weights, nodes)
     return np.where(np.bincount(node_of[given], minlength=nodes) > 0, sums, np.nan)
 
 

@@ -83,7 +83,7 @@ def read(
     `unit` is that of the file's coordinates: m, mm, cm, in, ft, or metres as a number. `flip` turns
     every face round. Raises `FileError` if it cannot be read.
     """
-    scene = _Scene.load(os.fspath(path), metres(unit), None, "file", 0.9)
+    scene = _Scene.load(os.fspath(path), metres(unit), None, "file", 0.9, False)
     return Mesh(scene.changed("file", True) if flip else scene)
 
 

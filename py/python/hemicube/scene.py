@@ -49,7 +49,7 @@ def load(
         scene = _hemicube.Scene.builtin(name)
     else:
         axis = None if up is None else _arrays.triple("up", up)
-        scene = _hemicube.Scene.load(name, metres(unit), axis, sides, float(max_reflectance))
+        scene = _hemicube.Scene.load(name, metres(unit), axis, sides, float(max_reflectance), True)
     return Scene(scene.changed("file", True) if flip else scene)
 
 
@@ -91,7 +91,8 @@ class Scene:
 
     def set_emission(self, material: str, radiance: ArrayLike) -> None:
         """Lets a material emit: cd/m² or W/(m² sr), one number or (3,)."""
-        self._changed(material, self._scene.with_emission(material, _channels("radiance", radiance)))
+        channels = _channels("radiance", radiance)
+        self._changed(material, self._scene.with_emission(material, channels))
 
     def set_reflectance(self, material: str, reflectance: ArrayLike) -> None:
         """Gives a material another diffuse reflectance, 0 to below 1, one number or (3,)."""
@@ -103,7 +104,8 @@ class Scene:
     def _changed(self, material: str, scene: _hemicube.Scene | None) -> None:
         if scene is None:
             names = ", ".join(sorted(set(self.mesh.material)))
-            raise InputError(f"material {material!r}: there is none of that name; there are {names}")
+            text = f"material {material!r}: there is none of that name; there are {names}"
+            raise InputError(text)
         self._scene = scene
 
     def light(
@@ -143,8 +145,8 @@ class Scene:
         reached = light.error
         if error is not None and reached is not None and reached > error:
             warnings.warn(
-                f"error={error:g} is not reached, the best is {reached:.2g}: allow a larger one, or "
-                "more memory=",
+                f"error={error:g} is not reached, the best is {reached:.2g}: allow a larger one, "
+                "or more memory=",
                 ModelWarning,
                 stacklevel=2,
             )
@@ -280,8 +282,9 @@ class Light:
         self._light.save(name, hearer(progress))
 
     def __repr__(self) -> str:
+        scene, patches = self.report["scene"], self.report["patches"]
         error = "" if self.error is None else f", error {100 * self.error:.2g} %"
-        return f"<hemicube.Light of {self.report['scene']!r}: {self.report['patches']} patches{error}>"
+        return f"<hemicube.Light of {scene!r}: {patches} patches{error}>"
 
     def _repr_html_(self) -> str:
         facts = {"scene": self.report["scene"], "patches": self.report["patches"]}
