@@ -166,7 +166,7 @@ fn solvers_know_no_engine_and_no_device() {
 #[test]
 fn files_are_short() {
     let mut lengths = Vec::new();
-    for folder in ["src", "cli/src"] {
+    for folder in ["src", "cli/src", "py/src"] {
         let sources = sources(&root().join(folder)).into_iter();
         lengths.extend(sources.map(|s| (s.lines(), format!("{folder}/{}", s.name))));
     }
@@ -181,13 +181,13 @@ fn files_are_short() {
 #[test]
 fn lines_are_narrow() {
     let mut files: Vec<PathBuf> =
-        ["src", "cli", "tests", "examples", "benches", "docs"].map(|f| root().join(f)).into();
+        ["src", "cli", "py", "tests", "examples", "benches", "docs"].map(|f| root().join(f)).into();
     files = files.iter().flat_map(|folder| files_below(folder)).collect();
     files.extend(fs::read_dir(root()).unwrap().map(|entry| entry.unwrap().path()));
     let mut wide = Vec::new();
     for file in files {
         let ending = file.extension().and_then(|e| e.to_str()).unwrap_or_default();
-        if !["rs", "wgsl", "py", "md"].contains(&ending) {
+        if !["rs", "wgsl", "py", "pyi", "md"].contains(&ending) {
             continue;
         }
         let text = fs::read_to_string(&file).unwrap();

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 _Hearer = Callable[[str, int, int], None] | None
 _Mesh = tuple[NDArray[np.float64], NDArray[np.uint32]]
 
-__all__: list[str]
 __version__: str
 
 @final
