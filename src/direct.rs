@@ -13,7 +13,7 @@ mod rows;
 pub use analytic::analytic;
 pub use emitters::{Emitters, Receiver, ReceiverPoint, Workspace};
 pub use lamps::from_lamps;
-pub(crate) use lamps::lamps_over;
+pub(crate) use lamps::{lamps_on, lamps_over};
 pub use light::DirectLight;
 pub use optics::{emission, reflectance};
 pub use options::{Analytic, DirectOptions, MOST_SHADOW};

@@ -18,6 +18,7 @@ mod npz;
 mod parts;
 mod png;
 mod row_cells;
+mod row_folder;
 mod save;
 mod spill;
 mod target;
@@ -49,6 +50,7 @@ pub use parts::{
 };
 pub use png::{encode_picture, write_png};
 pub use row_cells::{DrawnRow, write_row_cells};
+pub use row_folder::RowFolder;
 pub use save::{MATRIX_FORMATS, MatrixFormat, PICTURE_FORMATS, PictureFormat, write_matrix};
 pub use spill::Spill;
 pub use target::{can_write, folder_of, is_stream, target_of, write_whole};

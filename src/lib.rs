@@ -75,6 +75,7 @@
 
 pub mod units;
 pub mod progress;
+pub mod ranks;
 pub mod simd;
 pub mod scene;
 pub mod patches;

@@ -11,11 +11,11 @@ use crate::progress::{Cancelled, Progress};
 use crate::reconstruct::Field;
 use crate::render::{Picture, PictureOptions, PixelErrors, RenderError, Renderer, Sight};
 use crate::scene::{Camera, Scene};
-use crate::solution::{LightError, LightOptions, Solution, light};
+use crate::solution::{LightError, LightOptions, Solution, Work, light};
 use crate::staging::{Lens, Model, viewpoint};
 use crate::store::{Source, Store};
 use crate::tone::{KEY, Tone};
-use crate::uncertainty::light_within;
+use crate::uncertainty::{light_within, light_within_shared};
 use crate::visibility::Bvh;
 
 /// A scene and its light.
@@ -82,11 +82,27 @@ impl Scene {
         options: &LightOptions,
         progress: &dyn Progress,
     ) -> Result<(Store, FormFactors), LightError> {
+        self.solve_shared(sources, options, &Work::default(), progress)
+    }
+
+    /// The same where several ranks share the work, or rows are kept for another run: each rank has
+    /// all solutions, and the entries of its own rows.
+    ///
+    /// # Errors
+    /// As [`light`](Self::light); if ranks are asked for what one process does alone, or cannot
+    /// reach each other.
+    pub fn solve_shared(
+        &self,
+        sources: Vec<Source>,
+        options: &LightOptions,
+        work: &Work<'_>,
+        progress: &dyn Progress,
+    ) -> Result<(Store, FormFactors), LightError> {
         let options = match options.error {
-            Some(error) => light_within(self, options, error, progress)?.1,
+            Some(error) => light_within_shared(self, options, error, work, progress)?.1,
             None => *options,
         };
-        Store::solve(self, sources, &options, progress)
+        Store::solve_shared(self, sources, &options, work, progress)
     }
 
     /// The matrix of form factors (view factors) of the scene: row i is face i.

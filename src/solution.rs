@@ -11,9 +11,9 @@ mod transport;
 
 pub(crate) use balance::Balance;
 pub use error::LightError;
-pub use light::{Solution, light, light_by};
+pub use light::{Solution, light, light_by, light_shared};
 pub use options::{
     Adaptive, CLUSTERED_PATCHES, Clustering, DEFAULT_PATCHES, LightOptions, MANY_SIDES,
-    SAMPLED_PATCHES,
+    SAMPLED_PATCHES, Work,
 };
-pub(crate) use transport::{MeshOptions, Transport};
+pub(crate) use transport::{MeshOptions, Transport, lamps};

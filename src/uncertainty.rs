@@ -19,4 +19,4 @@ mod within;
 
 pub use estimate::Uncertainty;
 pub(crate) use within::IN_COMMON;
-pub use within::light_within;
+pub use within::{light_within, light_within_shared};

@@ -239,6 +239,7 @@ pub fn of_mix(error: &MixError) -> String {
             format!("; give --emission '{name}=50%' or another share")
         }
         MixError::Apart(_) => "; solve the model again without that group".into(),
+        MixError::Ranks(_) => String::new(),
     }
 }
 
@@ -278,7 +279,7 @@ fn of_solve(error: &SolveError) -> String {
         SolveError::TooLarge { .. } => {
             "; use --solver gauss-seidel, a larger --patch-size or more --memory".to_owned()
         }
-        SolveError::Cancelled(_) => String::new(),
+        SolveError::Ranks(_) | SolveError::Cancelled(_) => String::new(),
     }
 }
 
@@ -310,6 +311,6 @@ fn of_sink(error: &SinkError) -> String {
              --memory"
                 .to_owned()
         }
-        SinkError::Store(_) => String::new(),
+        SinkError::Store(_) | SinkError::Ranks(_) => String::new(),
     }
 }

@@ -10,6 +10,7 @@ use super::optics::{emission, reflectance};
 use super::options::{Analytic, DirectOptions};
 use crate::form_factors::FormFactors;
 use crate::patches::{PatchId, Patches, side_index};
+use crate::ranks::RanksError;
 use crate::scene::{Rgb, Scene};
 use crate::visibility::Bvh;
 
@@ -20,14 +21,13 @@ use crate::visibility::Bvh;
 /// bright thing, which rays find badly. So an estimate of what emitters reflect is added to what
 /// they emit, and taken away again where rays meet it (a control variate). The estimate need not be
 /// right, as the mean stays what it is; but the better it is, the less noise is left.
-#[must_use]
 pub fn analytic(
     scene: &Scene,
     patches: &Patches,
     factors: &FormFactors,
     bvh: &Bvh,
     options: DirectOptions,
-) -> Vec<DirectLight> {
+) -> Result<Vec<DirectLight>, RanksError> {
     let (geometry, optics) = (&scene.geometry, &scene.optics);
     let emission = emission(optics, patches);
     let rho = reflectance(optics, patches);
@@ -50,8 +50,8 @@ pub fn analytic(
         const FEW: usize = 16;
         let guess = DirectOptions { shadow: FEW.min(options.shadow), ..options };
         let emitters = Emitters::new(geometry, optics, patches, bvh, guess, |_| Rgb::ZERO);
-        let direct = light.of(&emitters, &mirrors);
-        let h = among(factors, patches.len(), &mirrors, &rho, &direct);
+        let direct = light.of(&emitters, &mirrors)?;
+        let h = among(factors, &mirrors, &rho, &direct)?;
         let mut areas = vec![0.0; reflected.len()];
         for &i in &mirrors {
             let side = light.side(i);
@@ -80,25 +80,23 @@ pub(super) fn like_a_lamp(reflected: Rgb, emission: Rgb) -> Rgb {
 /// Irradiance of some patches by their own `direct` light and what they reflect to each other.
 fn among(
     factors: &FormFactors,
-    patches: usize,
     ids: &[PatchId],
     rho: &[Rgb],
     direct: &[DirectLight],
-) -> Vec<Rgb> {
+) -> Result<Vec<Rgb>, RanksError> {
     /// Bounces after which the rest is too little to matter for a guess.
     const BOUNCES: usize = 4;
-    let mut h = vec![Rgb::ZERO; patches];
+    let mut h = vec![Rgb::ZERO; factors.len()];
+    let own: Vec<PatchId> = factors.own(ids).concat();
     for _ in 0..BOUNCES {
-        let next: Vec<Rgb> = ids
-            .par_iter()
-            .zip(direct)
-            .map(|(&i, d)| d.irradiance + factors.gather_by(i, |j| rho[j.index()] * h[j.index()]))
-            .collect();
-        for (&i, next) in ids.iter().zip(next) {
-            h[i.index()] = next;
+        let gather =
+            |&i: &PatchId| factors.gather_by(i, |j| rho[j.index()] * h[j.index()]).to_array();
+        let gathered = factors.share(ids, own.par_iter().map(gather).collect())?;
+        for ((&i, d), gathered) in ids.iter().zip(direct).zip(gathered) {
+            h[i.index()] = d.irradiance + Rgb::from_array(gathered);
         }
     }
-    h
+    Ok(h)
 }
 
 /// What is needed to find the direct light of any patch.
@@ -120,7 +118,7 @@ impl PatchLight<'_> {
     }
 
     /// Direct light of some patches; none of those without a row.
-    fn of(&self, emitters: &Emitters<'_>, ids: &[PatchId]) -> Vec<DirectLight> {
+    fn of(&self, emitters: &Emitters<'_>, ids: &[PatchId]) -> Result<Vec<DirectLight>, RanksError> {
         /// Receivers that look at emitters together: neighbours, mostly.
         const TOGETHER: usize = 64;
         let with_row = |id: &&PatchId| self.factors.has_row(**id);
@@ -141,7 +139,12 @@ impl PatchLight<'_> {
             }
             lights
         };
-        ids.par_chunks(TOGETHER).map_init(Workspace::default, of_block).flatten_iter().collect()
+        let own = self.factors.own(ids).into_iter().flat_map(|part| part.chunks(TOGETHER));
+        let blocks: Vec<&[PatchId]> = own.collect();
+        let found = blocks.into_par_iter().map_init(Workspace::default, of_block).flatten_iter();
+        let found = found.map(DirectLight::to_array).collect();
+        let all = self.factors.share(ids, found)?;
+        Ok(all.into_iter().map(DirectLight::from_array).collect())
     }
 
     /// What each half of a row adds: the light of emitters that are not analytic, less the estimate

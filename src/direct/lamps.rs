@@ -45,13 +45,16 @@ const DEEPEST: u32 = 6;
 /// scene's geometry.
 #[must_use]
 pub fn from_lamps(scene: &Scene, patches: &Patches, bvh: &Bvh) -> Vec<Rgb> {
+    lamps_on(scene, patches, bvh, &patches.ids().collect::<Vec<_>>())
+}
+
+/// The same on some of the patches, each of which gets what it would get among all.
+pub(crate) fn lamps_on(scene: &Scene, patches: &Patches, bvh: &Bvh, ids: &[PatchId]) -> Vec<Rgb> {
     let lamps: Vec<(&Lamp, Axes)> = scene.lamps.iter().map(|l| (l, l.axes(scene.up))).collect();
-    let mut direct = vec![Rgb::ZERO; patches.len()];
-    direct.par_chunks_mut(BLOCK).enumerate().for_each(|(block, direct)| {
-        let first = (block * BLOCK) as u32;
-        let receivers: Vec<Vec<Receiver>> = (first..first + direct.len() as u32)
-            .map(|i| receivers(scene, patches, bvh, PatchId(i)))
-            .collect();
+    let mut direct = vec![Rgb::ZERO; ids.len()];
+    direct.par_chunks_mut(BLOCK).zip(ids.par_chunks(BLOCK)).for_each(|(direct, ids)| {
+        let receivers: Vec<Vec<Receiver>> =
+            ids.iter().map(|&i| receivers(scene, patches, bvh, i)).collect();
         let mut packets = vec![Packet::EMPTY; direct.len()];
         let mut arriving = vec![[Rgb::ZERO; POINTS]; direct.len()];
         let mut blocked = vec![0_u16; direct.len()];
@@ -59,8 +62,7 @@ pub fn from_lamps(scene: &Scene, patches: &Patches, bvh: &Bvh) -> Vec<Rgb> {
         for (lamp, axes) in &lamps {
             for (k, receivers) in receivers.iter().enumerate() {
                 if is_near(lamp, receivers, lengths[k]) {
-                    let id = PatchId(first + k as u32);
-                    direct[k] += near_mean((scene, patches, bvh), id, lamp, axes);
+                    direct[k] += near_mean((scene, patches, bvh), ids[k], lamp, axes);
                     (packets[k], arriving[k]) = (Packet::EMPTY, [Rgb::ZERO; POINTS]);
                 } else {
                     (packets[k], arriving[k]) = shine(lamp, axes, receivers, bvh);

@@ -11,6 +11,19 @@ pub struct DirectLight {
     pub halves: [Rgb; 2],
 }
 
+impl DirectLight {
+    /// Its numbers, as ranks send them.
+    pub(super) fn to_array(self) -> [[f64; 3]; 3] {
+        [self.irradiance, self.halves[0], self.halves[1]].map(|v| v.to_array())
+    }
+
+    /// Light of these numbers.
+    pub(super) fn from_array(numbers: [[f64; 3]; 3]) -> Self {
+        let [irradiance, first, second] = numbers.map(Rgb::from_array);
+        Self { irradiance, halves: [first, second] }
+    }
+}
+
 impl From<Rgb> for DirectLight {
     /// Light that is known without shadow rays.
     fn from(irradiance: Rgb) -> Self {

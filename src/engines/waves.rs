@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use rayon::prelude::*;
 
 use super::engine::{AssembleError, Engine};
-use crate::form_factors::FormFactors;
+use crate::form_factors::{FormFactors, Keeping, KeptRows, RowSink, SinkError};
 use crate::patches::{PatchId, Patches, side_index};
 use crate::progress::Progress;
 
@@ -17,13 +17,15 @@ use crate::progress::Progress;
 /// `shines` says that it emits or reflects. Advances `progress` by one a row.
 ///
 /// `seeds` are the patches that emit or are lit by something without a row (sky, lamps); the whole
-/// sides that they lie on are reached.
+/// sides that they lie on are reached. Rows are taken from `kept` and put there, if it is given with
+/// a key that tells what they depend on.
 pub fn assemble_lit(
     engine: &mut dyn Engine,
     patches: &Patches,
     seeds: impl IntoIterator<Item = PatchId>,
     shines: impl Fn(PatchId) -> bool + Sync,
     factors: &mut FormFactors,
+    kept: Option<(&dyn KeptRows, &str)>,
     progress: &dyn Progress,
 ) -> Result<(), AssembleError> {
     let mut reached = vec![false; patches.splits().len()];
@@ -41,7 +43,8 @@ pub fn assemble_lit(
     }
     while !wave.is_empty() {
         wave.sort_unstable();
-        engine.make(&wave, factors, progress)?;
+        make_own(engine, &wave, factors, kept, progress)?;
+        factors.share_accounts(&wave).map_err(SinkError::from)?;
         // Many rows see the same patches: most are marked already.
         wave.par_iter().filter(|&&id| shines(id)).for_each(|&id| {
             for &j in factors.row(id).iter().flat_map(|r| r.columns) {
@@ -51,11 +54,39 @@ pub fn assemble_lit(
                 }
             }
         });
+        let mut by_any: Vec<bool> = seen.iter().map(|s| s.load(Ordering::Relaxed)).collect();
+        factors.ranks().unite(&mut by_any).map_err(SinkError::from)?;
         let mut next = Vec::new();
-        for j in patches.ids().filter(|j| seen[j.index()].load(Ordering::Relaxed)) {
+        for j in patches.ids().filter(|j| by_any[j.index()]) {
             reach(j, &mut next);
         }
         wave = next;
     }
     Ok(())
+}
+
+/// Has those of some rows made that are this rank's work, unless they were kept.
+fn make_own(
+    engine: &mut dyn Engine,
+    ids: &[PatchId],
+    factors: &mut FormFactors,
+    kept: Option<(&dyn KeptRows, &str)>,
+    progress: &dyn Progress,
+) -> Result<(), AssembleError> {
+    let own = factors.own(ids);
+    let Some((rows, key)) = kept else {
+        return engine.make(&own.concat(), factors, progress);
+    };
+    let mut missing = Vec::new();
+    for part in own {
+        let Some(blocks) = rows.take_up(key, part, factors, progress) else {
+            missing.push(part);
+            continue;
+        };
+        blocks.into_iter().try_for_each(|block| factors.take(block))?;
+        progress.advance(part.len() as u64)?;
+    }
+    let ids = missing.concat();
+    let mut sink = Keeping { factors, rows: (rows, key), parts: missing.into_iter() };
+    engine.make(&ids, &mut sink, progress)
 }

@@ -23,7 +23,9 @@ mod read;
 mod rows;
 mod scene;
 
+pub(super) use manifest::RowsHead;
 pub use read::{read_factors, read_scene, read_sources, read_store};
+pub(super) use rows::{read as read_rows, write_own as write_rows};
 
 use std::io::{self, Seek, Write};
 use std::path::Path;
@@ -39,10 +41,12 @@ use crate::store::Store;
 use manifest::{Checksums, FORMAT, Manifest, VERSION};
 
 /// Writes the solutions of a scene and the form factors that they were made by. Advances `progress`
-/// by one for each part.
+/// by one for each part. Where ranks share the rows, rank 0 writes the file, and each of the others
+/// sends its rows, strip by strip.
 ///
 /// # Errors
-/// If the file, or one of the model's, cannot be read or written, or the caller cancelled.
+/// If the file, or one of the model's, cannot be read or written, the caller cancelled, or ranks
+/// cannot reach each other.
 pub fn write_hemi(
     path: &Path,
     scene: &Scene,
@@ -51,6 +55,11 @@ pub fn write_hemi(
     progress: &dyn Progress,
 ) -> Result<(), ExportError> {
     progress.stage("write", 3);
+    if !factors.ranks().is_first() {
+        let sent = rows::send(&store.to_emitters).and_then(|()| rows::send(factors));
+        return sent
+            .map_err(|e| ExportError::Io { path: path.into(), source: io::Error::other(e) });
+    }
     write_with(path, |file| write_as(file, scene, store, factors, progress))
 }
 

@@ -117,6 +117,14 @@ impl RowBlock {
         self.columns.len() as u64 * entry_bytes(&self.weights)
     }
 
+    /// Brings what sampled rows hit into the order of patches, half by half.
+    pub(super) fn sort_hits(&mut self) {
+        for (ends, &middle) in self.starts.windows(2).zip(&self.halves) {
+            self.columns[ends[0]..middle].sort_unstable();
+            self.columns[middle..ends[1]].sort_unstable();
+        }
+    }
+
     /// Row `k` of the block.
     #[must_use]
     pub fn row(&self, k: usize) -> RowView<'_> {

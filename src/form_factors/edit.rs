@@ -40,7 +40,8 @@ impl FormFactors {
             })
         };
         let blocks = self.blocks.par_iter().map(of_block).collect();
-        Self { blocks, place: self.place.clone(), ..*self }
+        let (place, ranks) = (self.place.clone(), self.ranks.clone());
+        Self { blocks, place, ranks, limit: self.limit, half: self.half }
     }
 
     /// All rows by patch, their weights to be changed; patches without a row have an empty one, as

@@ -136,6 +136,6 @@ impl FormFactors {
                 |merger, block| Arc::new(Arc::unwrap_or_clone(block).merged(patch_of, merger)),
             )
             .collect();
-        Self { blocks, place, limit: self.limit, half: Half::Both }
+        Self { blocks, place, limit: self.limit, half: Half::Both, ranks: self.ranks }
     }
 }

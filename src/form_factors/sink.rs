@@ -6,6 +6,7 @@ use std::io;
 use thiserror::Error;
 
 use super::block::RowBlock;
+use crate::ranks::RanksError;
 use crate::units::Bytes;
 
 /// Takes rows as engines make them.
@@ -35,4 +36,7 @@ pub enum SinkError {
     /// Where rows are kept outside memory, that failed.
     #[error(transparent)]
     Store(io::Error),
+    /// Where processes share the rows, they cannot go on.
+    #[error(transparent)]
+    Ranks(#[from] RanksError),
 }

@@ -6,8 +6,12 @@ use super::block::{RowBlock, RowView};
 use super::rows::RowAccount;
 use super::sink::{RowSink, SinkError};
 use crate::patches::PatchId;
+use crate::ranks::Ranks;
 
 /// Rows of form factors in memory. A patch that nobody asked for has no row; its entries are zero.
+///
+/// Where [ranks](crate::ranks) share the work, each has the entries of its own rows alone, and of
+/// the others' the account.
 #[derive(Debug, Clone)]
 pub struct FormFactors {
     pub(super) blocks: Vec<Arc<RowBlock>>,
@@ -15,6 +19,7 @@ pub struct FormFactors {
     pub(super) place: Vec<Option<(u32, u32)>>,
     pub(super) limit: u64,
     pub(super) half: Half,
+    pub(super) ranks: Ranks,
 }
 
 /// Which entries of sampled rows count.
@@ -29,7 +34,13 @@ impl FormFactors {
     /// Room for the rows of `patches` patches in at most `limit` bytes.
     #[must_use]
     pub fn new(patches: usize, limit: u64) -> Self {
-        Self { blocks: Vec::new(), place: vec![None; patches], limit, half: Half::Both }
+        Self::of_ranks(patches, limit, Ranks::default())
+    }
+
+    /// The same where `ranks` share the work, and the limit is that of each.
+    #[must_use]
+    pub fn of_ranks(patches: usize, limit: u64, ranks: Ranks) -> Self {
+        Self { blocks: Vec::new(), place: vec![None; patches], limit, half: Half::Both, ranks }
     }
 
     /// Number of patches, with and without a row.
@@ -101,6 +112,14 @@ impl FormFactors {
         self.blocks.into_iter().map(Arc::unwrap_or_clone)
     }
 
+    /// Keeps a block.
+    pub(super) fn keep(&mut self, block: RowBlock) {
+        for (row, id) in (0..).zip(&block.ids) {
+            self.place[id.index()] = Some((self.blocks.len() as u32, row));
+        }
+        self.blocks.push(Arc::new(block));
+    }
+
     /// Fails if the rows with `more` bytes would take more than is allowed.
     pub(super) fn within_limit(&self, more: u64) -> Result<(), SinkError> {
         if self.bytes() + more > self.limit {
@@ -112,12 +131,13 @@ impl FormFactors {
 
 impl RowSink for FormFactors {
     /// Keeps the rows without copying them.
-    fn take(&mut self, block: RowBlock) -> Result<(), SinkError> {
+    fn take(&mut self, mut block: RowBlock) -> Result<(), SinkError> {
         self.within_limit(block.bytes())?;
-        for (row, id) in (0..).zip(&block.ids) {
-            self.place[id.index()] = Some((self.blocks.len() as u32, row));
+        if !self.ranks.is_alone() {
+            // The order in which rays hit depends on what rows were made beside this one.
+            block.sort_hits();
         }
-        self.blocks.push(Arc::new(block));
+        self.keep(block);
         Ok(())
     }
 

@@ -3,15 +3,13 @@
 
 use std::f64::consts::PI;
 
-use rayon::prelude::*;
-
 use super::error::LightError;
 use super::halves::solve_halves;
 use super::options::LightOptions;
 use super::transport::Transport;
 use crate::direct::{self, DirectLight};
 use crate::form_factors::FormFactors;
-use crate::patches::{PatchId, Patches};
+use crate::patches::Patches;
 use crate::progress::Progress;
 use crate::report::Clock;
 use crate::scene::{Rgb, Scene};
@@ -48,7 +46,7 @@ impl Balance {
         let mut direct = match transport.analytic {
             Some(options) => {
                 progress.stage("direct light", 0);
-                let found = direct::analytic(scene, patches, factors, bvh, options);
+                let found = direct::analytic(scene, patches, factors, bvh, options)?;
                 clock.lap("direct light");
                 found
             }
@@ -94,13 +92,11 @@ impl Balance {
             None => None,
         };
         let sent: Vec<Rgb> = rho.iter().zip(&irradiance).map(|(rho, h)| *rho * *h).collect();
-        let arrived = (0..patches.len() as u32)
-            .into_par_iter()
-            .map(|i| {
-                let sky = scene.sky * (PI * factors.account(PatchId(i)).environment);
-                factors.gather(PatchId(i), &sent) + sky
-            })
-            .collect();
+        let arrived = factors.of_own(|i| {
+            let sky = scene.sky * (PI * factors.account(i).environment);
+            factors.gather(i, &sent) + sky
+        });
+        let arrived = factors.share_exactly(arrived)?;
         let energy = EnergyBalance::of(&system, &emission, scene.sky, lamps, &irradiance);
         Ok(Self { direct: all, irradiance, arrived, spread, energy, solved: Some(solved) })
     }

@@ -6,6 +6,7 @@ use crate::engines::{AssembleError, EngineError};
 use crate::form_factors::SinkError;
 use crate::patches::PatchesError;
 use crate::progress::Cancelled;
+use crate::ranks::RanksError;
 use crate::refine::factor::RefineError;
 use crate::solve::SolveError;
 use crate::units::Bytes;
@@ -28,6 +29,15 @@ pub enum LightError {
     /// The system could not be solved.
     #[error(transparent)]
     Solve(#[from] SolveError),
+    /// Processes that share the work cannot go on.
+    #[error(transparent)]
+    Ranks(#[from] RanksError),
+    /// What is asked for is done by one process alone.
+    #[error(
+        "several processes share rows of sampled rays alone, without adaptive subdivision, and \
+         solve by Gauss-Seidel"
+    )]
+    Alone,
     /// The engine does not know how much of the sky a patch sees.
     #[error("the classical engine knows no sky")]
     NoSky,

@@ -20,10 +20,11 @@ pub(super) fn solve_halves(
 ) -> Result<Vec<Rgb>, SolveError> {
     /// Differences of halves are no better than the noise that they tell of.
     const TOLERANCE: f64 = 1e-2;
-    let [a, b] = [0, 1].map(|k| {
+    let half = |k: usize| {
         let direct: Vec<Rgb> = direct.iter().map(|d| d.halves[k]).collect();
         System { factors: &halves[k], direct: &direct, ..*system }.gather(irradiance, TOLERANCE)
-    });
+    };
+    let (a, b) = (half(0)?, half(1)?);
     let found: Vec<Rgb> = a.iter().zip(&b).map(|(a, b)| (*a - *b) * 0.5).collect();
     let system = System { direct: &found, ..*system };
     let solving = SolveOptions { tolerance: TOLERANCE, ..options.solve(true) };

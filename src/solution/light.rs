@@ -2,16 +2,15 @@
 
 use std::sync::Arc;
 
-use rayon::prelude::*;
-
 use super::balance::Balance;
 use super::error::LightError;
-use super::options::LightOptions;
+use super::options::{LightOptions, Work};
 use super::transport::Transport;
 use crate::direct;
 use crate::form_factors::{Account, FormFactors, RowsReport};
 use crate::patches::{PatchId, Patches, side_index};
 use crate::progress::{Cancelled, Progress};
+use crate::ranks::RanksError;
 use crate::reconstruct::Field;
 use crate::report::{Clock, Report};
 use crate::scene::{Rgb, Scene};
@@ -81,8 +80,21 @@ pub fn light(
     options: &LightOptions,
     progress: &dyn Progress,
 ) -> Result<Solution, LightError> {
+    light_shared(scene, options, &Work::default(), progress)
+}
+
+/// The same where several ranks share the work, or rows are kept for another run.
+///
+/// # Errors
+/// As [`light`]; if ranks are asked for what one process does alone, or cannot reach each other.
+pub fn light_shared(
+    scene: &Scene,
+    options: &LightOptions,
+    work: &Work<'_>,
+    progress: &dyn Progress,
+) -> Result<Solution, LightError> {
     let mut clock = Clock::start();
-    let transport = Transport::of(scene, options, &mut clock, progress)?;
+    let transport = Transport::of(scene, options, work, &mut clock, progress)?;
     light_through(scene, transport, options, clock, progress)
 }
 
@@ -110,10 +122,10 @@ fn light_through(
     let balance = Balance::of(scene, &transport, lamps, options, &mut clock, progress)?;
     let Transport { patches, factors, .. } = &transport;
     let usable = transport.usable();
-    let mut solution = Solution::new(scene, Arc::clone(patches), factors, usable, balance);
+    let mut solution = Solution::new(scene, Arc::clone(patches), factors, usable, balance)?;
     let report = &mut solution.report;
     report.patch_size = transport.mesh.patch_size;
-    report.rows = Some(rows_report(&transport));
+    report.rows = Some(rows_report(&transport)?);
     report.engine = Some(transport.engine);
     report.stages = clock.stages;
     report.foretold_memory_bytes = transport.foretold;
@@ -128,9 +140,9 @@ impl Solution {
         factors: &FormFactors,
         usable: Vec<bool>,
         balance: Balance,
-    ) -> Self {
+    ) -> Result<Self, RanksError> {
         let Balance { irradiance, arrived, spread, energy, solved, .. } = balance;
-        let reflected = without_lamps(scene, &patches, factors, &irradiance, arrived);
+        let reflected = without_lamps(scene, &patches, factors, &irradiance, arrived)?;
         let both = |middle: &[Rgb], off: &dyn Fn(usize) -> Rgb| {
             [1.0, -1.0].map(|sign| {
                 middle.iter().enumerate().map(|(i, m)| *m + off(i) * sign).collect::<Vec<Rgb>>()
@@ -150,7 +162,7 @@ impl Solution {
             energy: Some(energy),
             ..Report::default()
         };
-        Self { patches, irradiance, reflected, reflected_halves, usable, halves, report }
+        Ok(Self { patches, irradiance, reflected, reflected_halves, usable, halves, report })
     }
 }
 
@@ -161,27 +173,31 @@ fn without_lamps(
     factors: &FormFactors,
     irradiance: &[Rgb],
     mut arrived: Vec<Rgb>,
-) -> Vec<Rgb> {
+) -> Result<Vec<Rgb>, RanksError> {
     let lamps = direct::reflected_by_emitters(scene, patches, irradiance);
     let of = |i: PatchId| {
         let cell = patches.cell(i);
         lamps[side_index(cell.triangle, cell.side)]
     };
     if lamps.iter().any(|l| *l != Rgb::ZERO) {
-        arrived.par_iter_mut().enumerate().for_each(|(i, arrived)| {
-            *arrived -= factors.gather_by(PatchId(i as u32), of);
-        });
+        let by_lamps = factors.share_exactly(factors.of_own(|i| factors.gather_by(i, of)))?;
+        arrived.iter_mut().zip(by_lamps).for_each(|(arrived, by_lamps)| *arrived -= by_lamps);
     }
-    arrived
+    Ok(arrived)
 }
 
 /// The account of all rows.
-fn rows_report(transport: &Transport) -> RowsReport {
+fn rows_report(transport: &Transport) -> Result<RowsReport, RanksError> {
     let Transport { patches, factors, .. } = transport;
     let areas: Vec<f64> = patches.ids().map(|i| patches.own_area(i)).collect();
     let with_row: Vec<PatchId> = patches.ids().filter(|&i| factors.has_row(i)).collect();
     let sampled = factors.halves().is_some();
     let mut account = Account::new(&areas, if sampled { &[] } else { &with_row });
     account.add_all(factors);
-    account.report()
+    let mut report = account.report();
+    // Of other ranks' rows the entries are not here.
+    let all = factors.ranks().every([report.entries, report.bytes])?;
+    report.entries = all.iter().map(|n| n[0]).sum();
+    report.bytes = all.iter().map(|n| n[1]).sum();
+    Ok(report)
 }

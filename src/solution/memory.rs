@@ -3,6 +3,7 @@
 use super::error::LightError;
 use crate::engines::{Engine, ROWS_AT_ONCE, SampleOfRows};
 use crate::patches::Patches;
+use crate::ranks::Ranks;
 use crate::solve::{Method, direct_bytes};
 
 /// Bytes a patch takes beside its row: cells, areas, vectors of the solver, the field; measured.
@@ -18,6 +19,8 @@ pub(super) struct Mesh<'a> {
     pub patch_size: f64,
     /// How many patches another size would make; `None` where it is not free.
     pub count: Option<&'a dyn Fn(f64) -> Option<usize>>,
+    /// Who shares the rows.
+    pub ranks: &'a Ranks,
 }
 
 /// Bytes that lighting by the rows of a mesh will take; refuses what cannot fit.
@@ -39,16 +42,18 @@ pub(super) fn check_memory(
             Method::GaussSeidel | Method::Jacobi => 0.0,
         };
         let beside = PATCH_BYTES * n as f64 + engine.bytes(n.min(ROWS_AT_ONCE)) as f64;
-        row * n as f64 + beside + solver
+        row * n as f64 / mesh.ranks.size() as f64 + beside + solver
     };
     let n = mesh.patches.len();
-    if needed(n) <= allowed as f64 {
-        return Ok(needed(n) as u64);
+    // All ranks go on or none, whatever the threads of each need.
+    let most = mesh.ranks.every(needed(n))?.into_iter().fold(0.0, f64::max);
+    if most <= allowed as f64 {
+        return Ok(most as u64);
     }
     let fits = |n: usize| needed(n) <= allowed as f64;
     Err(LightError::Memory {
         patches: n,
-        needed: needed(n) as u64,
+        needed: most as u64,
         allowed,
         proposal: mesh.count.and_then(|count| proposal(mesh, count, fits)),
     })

@@ -2,10 +2,23 @@
 
 use crate::direct::DirectOptions;
 use crate::engines::{EngineOptions, RaysOptions};
+use crate::form_factors::KeptRows;
 use crate::patches::Patches;
+use crate::ranks::Ranks;
 use crate::scene::{Geometry, Side};
 use crate::solve::{Method, SAMPLED_TOLERANCE, SolveOptions};
 use crate::units::DEFAULT_MEMORY;
+
+/// How the work of lighting is shared out, and what of it outlives the process. The default: this
+/// process does all of it, and keeps nothing.
+#[derive(Clone, Default)]
+pub struct Work<'a> {
+    /// Who shares it. Their light is that of one process to the tolerance of the solver, and the
+    /// same to the last bit for any number of ranks.
+    pub ranks: Ranks,
+    /// Where rows are kept, from which another run takes them up.
+    pub kept: Option<&'a dyn KeptRows>,
+}
 
 /// How a scene is lit.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -52,6 +65,12 @@ impl Default for LightOptions {
 }
 
 impl LightOptions {
+    /// Whether several ranks can share the work.
+    pub(super) fn can_be_shared(&self) -> bool {
+        let gathers = matches!(self.method, Method::GaussSeidel | Method::Jacobi);
+        matches!(self.engine, EngineOptions::Rays(_)) && self.adaptive.is_none() && gathers
+    }
+
     /// What the solver is asked for, where rows are `sampled` or not.
     pub(super) fn solve(&self, sampled: bool) -> SolveOptions {
         let usual = SolveOptions::default();

@@ -5,15 +5,16 @@ use std::sync::Arc;
 use super::dark::Rough;
 use super::error::LightError;
 use super::memory::{Mesh, check_memory};
-use super::options::{Adaptive, CLUSTERED_PATCHES, LightOptions};
+use super::options::{Adaptive, CLUSTERED_PATCHES, LightOptions, Work};
 use crate::direct::{self, DirectOptions};
 use crate::engines::{AssembleError, Engine, EngineOptions, EngineReport, assemble_lit};
 use crate::form_factors::FormFactors;
 use crate::patches::{PatchId, Patches, PatchesError, warn_of_contacts};
 use crate::progress::Progress;
+use crate::ranks::{Ranks, RanksError};
 use crate::refine::factor::FactorRule;
 use crate::report::{Clock, STORED};
-use crate::scene::{Rgb, Scene};
+use crate::scene::{Geometry, Rgb, Scene};
 use crate::visibility::{Bvh, COVERED, uncover};
 
 /// A mesh, its form factors, and how emitters light it. Of the scene it knows where surfaces are,
@@ -99,9 +100,13 @@ impl Transport {
     pub fn of(
         scene: &Scene,
         options: &LightOptions,
+        work: &Work<'_>,
         clock: &mut Clock,
         progress: &dyn Progress,
     ) -> Result<Self, LightError> {
+        if !work.ranks.is_alone() && !options.can_be_shared() {
+            return Err(LightError::Alone);
+        }
         if !options.engine.knows_environment() && scene.sky != Rgb::ZERO {
             return Err(LightError::NoSky);
         }
@@ -110,7 +115,7 @@ impl Transport {
         let mesh = MeshOptions::of(scene, options);
         let finest = mesh.finest(scene, &bvh, progress)?;
         clock.lap("subdivide");
-        let made = form_factors(scene, finest, mesh, bvh, options, progress)?;
+        let made = form_factors(scene, finest, mesh, bvh, (options, work), progress)?;
         clock.lap("form factors");
         Ok(made)
     }
@@ -151,7 +156,7 @@ fn form_factors(
     finest: Patches,
     mesh: MeshOptions,
     bvh: Bvh,
-    options: &LightOptions,
+    (options, work): (&LightOptions, &Work<'_>),
     progress: &dyn Progress,
 ) -> Result<Transport, LightError> {
     let geometry = &scene.geometry;
@@ -164,7 +169,7 @@ fn form_factors(
     let count: Option<&dyn Fn(f64) -> Option<usize>> =
         if options.adaptive.is_none() { Some(&count) } else { None };
     let patch_size = mesh.patch_size;
-    let sized = Mesh { patches: &finest, patch_size, count };
+    let sized = Mesh { patches: &finest, patch_size, count, ranks: &work.ranks };
     let foretold = check_memory(&mut *engine, &sized, options.method, options.memory)?;
     let (patches, lamps, factors) = if let Some(Adaptive { max_factor, min_area }) =
         options.adaptive
@@ -185,12 +190,13 @@ fn form_factors(
             drop(refined.factors);
             let mut engine =
                 options.engine.engine(geometry, &patches, &bvh, options.memory, progress)?;
-            rows(scene, (&patches, &bvh), &lamps, &mut *engine, options, progress)?
+            rows(scene, (&patches, &bvh), &lamps, &mut *engine, (options, work), progress)?
         };
         (patches, lamps, factors)
     } else {
-        let lamps = direct::from_lamps(scene, &finest, &bvh);
-        let factors = rows(scene, (&finest, &bvh), &lamps, &mut *engine, options, progress)?;
+        let lamps = lamps(scene, &finest, &bvh, &work.ranks)?;
+        let by = (options, work);
+        let factors = rows(scene, (&finest, &bvh), &lamps, &mut *engine, by, progress)?;
         drop(engine);
         (finest, lamps, factors)
     };
@@ -212,11 +218,11 @@ fn rows(
     (patches, bvh): (&Patches, &Bvh),
     lamps: &[Rgb],
     engine: &mut dyn Engine,
-    options: &LightOptions,
+    (options, work): (&LightOptions, &Work<'_>),
     progress: &dyn Progress,
 ) -> Result<FormFactors, AssembleError> {
-    let mut factors = FormFactors::new(patches.len(), options.memory);
-    progress.stage("form factors", patches.len() as u64);
+    let mut factors = FormFactors::of_ranks(patches.len(), options.memory, work.ranks.clone());
+    progress.stage("form factors", (patches.len() / work.ranks.size()) as u64);
     if engine.pairs().is_some() {
         // Each pair once is faster than rows of the lit sides alone: sides that face emptiness or
         // their neighbours in the dark cost little.
@@ -227,7 +233,8 @@ fn rows(
     let rho = direct::reflectance(&scene.optics, patches);
     let emission = direct::emission(&scene.optics, patches);
     let rough = Rough { scene, patches, rho: &rho, emission: &emission, lamps };
-    if let Some(ids) = rough.lit(bvh, progress)? {
+    let all = if work.ranks.is_alone() { rough.lit(bvh, progress)? } else { None };
+    if let Some(ids) = all {
         engine.make(&ids, &mut factors, progress)?;
         return Ok(factors);
     }
@@ -235,6 +242,30 @@ fn rows(
     let bright = |values: &[Rgb], i: PatchId| values[i.index()].max_element() > 0.0;
     let seeds = patches.ids().filter(|&i| has_sky || bright(&emission, i) || bright(lamps, i));
     let shines = |i: PatchId| (rho[i.index()] + emission[i.index()]).max_element() > 0.0;
-    assemble_lit(engine, patches, seeds, shines, &mut factors, progress)?;
+    let key = key(&scene.geometry, patches, options);
+    let kept = work.kept.map(|kept| (kept, key.as_str()));
+    assemble_lit(engine, patches, seeds, shines, &mut factors, kept, progress)?;
     Ok(factors)
+}
+
+/// Irradiance of each patch from the lamps of a scene, of which each rank finds that of its own.
+pub(crate) fn lamps(
+    scene: &Scene,
+    patches: &Patches,
+    bvh: &Bvh,
+    ranks: &Ranks,
+) -> Result<Vec<Rgb>, RanksError> {
+    let nothing = FormFactors::of_ranks(patches.len(), 0, ranks.clone());
+    let own = nothing.own(&nothing.ids()).concat();
+    nothing.share_exactly(direct::lamps_on(scene, patches, bvh, &own))
+}
+
+/// What rows depend on: the program, the geometry, its patches and the engine.
+fn key(geometry: &Geometry, patches: &Patches, options: &LightOptions) -> String {
+    let mut hasher = blake3::Hasher::new();
+    hasher.update(env!("CARGO_PKG_VERSION").as_bytes());
+    hasher.update(&geometry.fingerprint());
+    hasher.update(patches.fingerprint().as_bytes());
+    hasher.update(format!("{:?}", options.engine).as_bytes());
+    hasher.finalize().to_hex().to_string()
 }

@@ -52,7 +52,7 @@ pub(super) fn solve(
         factorisations += 1;
         progress.advance(1)?;
     }
-    let residual = system.residual(&h, options.tolerance);
+    let residual = system.residual(&h, options.tolerance)?;
     // A singular system (a closed room that absorbs nothing) has no finite solution.
     if residual <= options.tolerance {
         Ok((h, SolveReport { method: Method::Direct, iterations: factorisations, residual }))

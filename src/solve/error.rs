@@ -3,6 +3,7 @@
 use thiserror::Error;
 
 use crate::progress::Cancelled;
+use crate::ranks::RanksError;
 use crate::units::Bytes;
 
 /// Why there is no solution.
@@ -34,6 +35,9 @@ pub enum SolveError {
         /// What is allowed in bytes.
         allowed: u64,
     },
+    /// Processes that share the work cannot go on.
+    #[error(transparent)]
+    Ranks(#[from] RanksError),
     /// The caller cancelled.
     #[error("cancelled")]
     Cancelled(#[from] Cancelled),

@@ -1,5 +1,6 @@
 //! Block Gauss-Seidel: patches gather with the newest values of all blocks before theirs; sweeps
-//! are combined as Anderson (1965) does.
+//! are combined as Anderson (1965) does. Where ranks share the work, those of one strip alone are
+//! the newest, and each sweep ends with all ranks hearing of all values.
 
 use std::collections::VecDeque;
 
@@ -7,8 +8,8 @@ use rayon::prelude::*;
 
 use super::system::relative;
 use super::{Method, SolveError, SolveOptions, SolveReport, System};
-use crate::patches::PatchId;
 use crate::progress::Progress;
+use crate::ranks::RanksError;
 use crate::scene::Rgb;
 
 /// Patches that gather at once. Fixed, so that the number of threads changes nothing; small
@@ -29,12 +30,12 @@ pub(super) fn solve(
     let mut mixer = Mixer::default();
     let mut residual = f64::INFINITY;
     for iterations in 1..=options.max_iterations {
-        let swept = sweep(system, &h, options.tolerance);
+        let swept = sweep(system, &h, options.tolerance)?;
         // A sweep's change is near the residual; only when it is small is the residual worth a
         // product of its own.
         residual = relative(&swept, &h, system.direct);
         if residual <= options.tolerance {
-            residual = system.residual(&swept, options.tolerance);
+            residual = system.residual(&swept, options.tolerance)?;
             if residual <= options.tolerance {
                 let method = Method::GaussSeidel;
                 return Ok((swept, SolveReport { method, iterations, residual }));
@@ -50,21 +51,25 @@ pub(super) fn solve(
     })
 }
 
-/// One sweep over all patches.
-fn sweep(system: &System<'_>, before: &[Rgb], tolerance: f64) -> Vec<Rgb> {
-    let mut h = before.to_vec();
-    let mut reflected = system.factors.values(tolerance, |i| system.reflected(&h, i));
-    for start in (0..h.len()).step_by(BLOCK) {
-        let end = h.len().min(start + BLOCK);
-        h[start..end].par_iter_mut().enumerate().for_each(|(k, h)| {
-            let i = start + k;
-            *h = system.direct[i] + system.factors.gather_values(PatchId(i as u32), &reflected);
-        });
-        for i in start..end {
-            reflected.set(i, system.reflected(&h, i));
+/// One sweep over all patches. Where ranks share them, a patch gathers the newest values of its own
+/// strip and those of the last sweep of others.
+fn sweep(system: &System<'_>, before: &[Rgb], tolerance: f64) -> Result<Vec<Rgb>, RanksError> {
+    let mut reflected = system.factors.values(tolerance, |i| system.reflected(before, i));
+    let mut swept = Vec::with_capacity(before.len());
+    let ids = system.factors.ids();
+    for strip in system.factors.own(&ids) {
+        for block in strip.chunks(BLOCK) {
+            let first = swept.len();
+            swept.par_extend(block.par_iter().map(|&i| system.gathered(i, &reflected)));
+            for (i, h) in block.iter().zip(&swept[first..]) {
+                reflected.set(i.index(), system.rho[i.index()] * *h);
+            }
+        }
+        for i in strip.iter().map(|i| i.index()) {
+            reflected.set(i, system.reflected(before, i));
         }
     }
-    h
+    system.factors.share_values(swept, tolerance)
 }
 
 /// Anderson's (1965) mixing: of the last sweeps that combination, its weights adding up to 1, whose

@@ -15,7 +15,7 @@ pub(super) fn solve(
     let mut h = system.direct.to_vec();
     let mut residual = f64::INFINITY;
     for iterations in 0..=options.max_iterations {
-        let next = system.gather(&h, options.tolerance);
+        let next = system.gather(&h, options.tolerance)?;
         residual = relative(&next, &h, system.direct);
         if residual <= options.tolerance {
             return Ok((h, SolveReport { method: Method::Jacobi, iterations, residual }));

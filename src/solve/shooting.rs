@@ -76,12 +76,12 @@ pub(super) fn solve(
         let pending: Vec<Rgb> = (0..n).map(|i| system.reflected(&unshot, i)).collect();
         // Undistributed reflections bound the residual, since no row sums to more than one.
         if relative(&pending, &vec![Rgb::ZERO; n], system.direct) <= options.tolerance {
-            residual = system.residual(&h, options.tolerance);
+            residual = system.residual(&h, options.tolerance)?;
             if residual <= options.tolerance {
                 return Ok((h, report(shots, residual)));
             }
             // Columns hold single precision; begin again from what is left.
-            let next = system.gather(&h, options.tolerance);
+            let next = system.gather(&h, options.tolerance)?;
             for i in 0..n {
                 unshot[i] = next[i] - h[i];
             }
@@ -90,7 +90,7 @@ pub(super) fn solve(
         if shots >= n.max(1) * options.max_iterations as usize {
             return Err(SolveError::NoConvergence {
                 iterations: options.max_iterations,
-                residual: residual.min(system.residual(&h, options.tolerance)),
+                residual: residual.min(system.residual(&h, options.tolerance)?),
                 tolerance: options.tolerance,
             });
         }

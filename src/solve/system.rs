@@ -1,9 +1,8 @@
 //! The energy balance `H = D + F (ρ H)` as a linear system, and its residual.
 
-use rayon::prelude::*;
-
-use crate::form_factors::FormFactors;
+use crate::form_factors::{FormFactors, Values};
 use crate::patches::PatchId;
+use crate::ranks::RanksError;
 use crate::scene::Rgb;
 
 /// The system to solve: `H = D + F (ρ H)`, one entry a patch in each slice.
@@ -27,19 +26,27 @@ impl System<'_> {
 
     /// `D + F ρ H` of every patch with a row, `D` of those without; to within a small fraction of
     /// `tolerance`, which is relative to the whole.
-    pub fn gather(&self, h: &[Rgb], tolerance: f64) -> Vec<Rgb> {
+    ///
+    /// # Errors
+    /// If ranks share the rows and cannot reach each other.
+    pub fn gather(&self, h: &[Rgb], tolerance: f64) -> Result<Vec<Rgb>, RanksError> {
         let reflected = self.factors.values(tolerance, |i| self.reflected(h, i));
-        self.direct
-            .par_iter()
-            .enumerate()
-            .map(|(i, d)| *d + self.factors.gather_values(PatchId(i as u32), &reflected))
-            .collect()
+        let own = self.factors.of_own(|i| self.gathered(i, &reflected));
+        self.factors.share_values(own, tolerance)
+    }
+
+    /// The same of one patch.
+    pub(super) fn gathered(&self, i: PatchId, reflected: &Values) -> Rgb {
+        self.direct[i.index()] + self.factors.gather_values(i, reflected)
     }
 
     /// The residual of `h`, to within a small fraction of `tolerance`.
-    pub fn residual(&self, h: &[Rgb], tolerance: f64) -> f64 {
-        let next = self.gather(h, tolerance);
-        relative(&next, h, self.direct)
+    ///
+    /// # Errors
+    /// As [`gather`](Self::gather).
+    pub fn residual(&self, h: &[Rgb], tolerance: f64) -> Result<f64, RanksError> {
+        let next = self.gather(h, tolerance)?;
+        Ok(relative(&next, h, self.direct))
     }
 }
 

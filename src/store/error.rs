@@ -2,6 +2,8 @@
 
 use thiserror::Error;
 
+use crate::ranks::RanksError;
+
 /// Why a group of sources cannot be.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum GroupError {
@@ -55,4 +57,7 @@ pub enum MixError {
     /// Surfaces reflect otherwise.
     #[error("the solution is of other reflectances")]
     Reflectance,
+    /// Processes that share its rows cannot go on.
+    #[error(transparent)]
+    Ranks(#[from] RanksError),
 }

@@ -66,7 +66,7 @@ impl Store {
         let mut clock = Clock::start();
         let balance = self.mixed(scene)?;
         let (patches, usable) = (Arc::clone(&self.patches), self.usable.clone());
-        let mut solution = Solution::new(scene, patches, &self.to_emitters, usable, balance);
+        let mut solution = Solution::new(scene, patches, &self.to_emitters, usable, balance)?;
         clock.lap("mix");
         self.sign(&mut solution, clock);
         Ok(solution)
@@ -98,7 +98,7 @@ impl Store {
         let mut balance = Balance::by_direct(scene, by, &direct, &[], options, progress)?;
         balance.energy.receive(mixed.energy.received);
         let (patches, usable) = (Arc::clone(&self.patches), self.usable.clone());
-        let mut solution = Solution::new(scene, patches, factors, usable, balance);
+        let mut solution = Solution::new(scene, patches, factors, usable, balance)?;
         clock.lap("solve");
         self.sign(&mut solution, clock);
         Ok(Ok(solution))

@@ -7,7 +7,7 @@ use crate::form_factors::FormFactors;
 use crate::progress::Progress;
 use crate::report::Clock;
 use crate::scene::{Rgb, Scene};
-use crate::solution::{Balance, LightError, LightOptions, Transport};
+use crate::solution::{Balance, LightError, LightOptions, Transport, Work, lamps};
 
 impl Store {
     /// Solves a scene for each of its sources; also yields the form factors. Options are as for
@@ -21,18 +21,34 @@ impl Store {
         options: &LightOptions,
         progress: &dyn Progress,
     ) -> Result<(Self, FormFactors), LightError> {
+        Self::solve_shared(scene, sources, options, &Work::default(), progress)
+    }
+
+    /// The same where several ranks share the work, or rows are kept for another run: each rank has
+    /// all solutions, and the entries of its own rows.
+    ///
+    /// # Errors
+    /// As [`solve`](Self::solve); if ranks are asked for what one process does alone, or cannot
+    /// reach each other.
+    pub fn solve_shared(
+        scene: &Scene,
+        sources: Vec<Source>,
+        options: &LightOptions,
+        work: &Work<'_>,
+        progress: &dyn Progress,
+    ) -> Result<(Self, FormFactors), LightError> {
         let mut clock = Clock::start();
         // Rows are made for all that any of the sources lights.
         let mut alone = scene.clone();
         shine(scene, &sources.iter().collect::<Vec<_>>(), &mut alone);
-        let transport = Transport::of(&alone, options, &mut clock, progress)?;
+        let transport = Transport::of(&alone, options, work, &mut clock, progress)?;
         let Transport { patches, factors, .. } = &transport;
         let emission = direct::emission(&alone.optics, patches);
         let to_emitters = factors.thinned(|j| emission[j.index()] != Rgb::ZERO);
         let mut balances = Vec::new();
         for source in &sources {
             shine(scene, &[source], &mut alone);
-            let lamps = direct::from_lamps(&alone, patches, &transport.bvh);
+            let lamps = lamps(&alone, patches, &transport.bvh, &work.ranks)?;
             let (of, by) = (&alone, &transport);
             balances.push(Balance::of(of, by, &lamps, options, &mut clock, progress)?);
         }

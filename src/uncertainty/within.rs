@@ -9,7 +9,7 @@ use crate::patches::Patches;
 use crate::progress::{Cancelled, Progress, is_cancelled};
 use crate::report::ErrorReport;
 use crate::scene::Scene;
-use crate::solution::{LightError, LightOptions, Solution, light};
+use crate::solution::{LightError, LightOptions, Solution, Work, light_shared};
 use crate::solve::SAMPLED_TOLERANCE;
 
 /// Times that a scene is lit at most.
@@ -46,14 +46,31 @@ const SIZE_POWER: f64 = 0.4;
 /// solution, whose report says how good it is. The options that it was lit by come with it.
 ///
 /// Engines other than [`EngineOptions::Rays`] light the scene once, with the options given.
+///
+/// # Errors
+/// As [`light`](crate::solution::light).
 pub fn light_within(
     scene: &Scene,
     options: &LightOptions,
     target: f64,
     progress: &dyn Progress,
 ) -> Result<(Solution, LightOptions), LightError> {
+    light_within_shared(scene, options, target, &Work::default(), progress)
+}
+
+/// The same where several ranks share the work, or rows are kept for another run.
+///
+/// # Errors
+/// As [`light_shared`].
+pub fn light_within_shared(
+    scene: &Scene,
+    options: &LightOptions,
+    target: f64,
+    work: &Work<'_>,
+    progress: &dyn Progress,
+) -> Result<(Solution, LightOptions), LightError> {
     if !matches!(options.engine, EngineOptions::Rays(_)) {
-        let mut solution = light(scene, options, progress)?;
+        let mut solution = light_shared(scene, options, work, progress)?;
         solution.report.error = Some(error_of(scene, &solution, progress)?);
         return Ok((solution, *options));
     }
@@ -71,9 +88,9 @@ pub fn light_within(
     let least = options.patch_size.map_or(0.0, |size| SMALLEST * size);
     let mut best: Option<(f64, Solution, LightOptions)> = None;
     for _ in 0..TURNS {
-        let mut solution = match light(scene, &options, progress) {
+        let mut solution = match light_shared(scene, &options, work, progress) {
             Ok(solution) => solution,
-            Err(e) if best.is_some() && is_too_much(&e) => break,
+            Err(e) if best.is_some() && is_too_much(&e, work) => break,
             Err(error) => return Err(error),
         };
         let error = error_of(scene, &solution, progress)?;
@@ -88,7 +105,7 @@ pub fn light_within(
     // There is one after the first turn.
     match best {
         Some((_, solution, options)) => Ok((solution, options)),
-        None => Ok((light(scene, &options, progress)?, options)),
+        None => Ok((light_shared(scene, &options, work, progress)?, options)),
     }
 }
 
@@ -107,10 +124,11 @@ fn error_of(
     Ok(Uncertainty { refinement, ..found }.report(solution))
 }
 
-/// Whether there was no room for what was asked.
-fn is_too_much(error: &LightError) -> bool {
+/// Whether there was no room for what was asked, on all ranks alike.
+fn is_too_much(error: &LightError, work: &Work<'_>) -> bool {
     let size = matches!(error, LightError::Patches(_)) && !is_cancelled(error);
-    size || matches!(error, LightError::Memory { .. } | LightError::Sink(_))
+    let own = work.ranks.is_alone() && matches!(error, LightError::Sink(_));
+    size || own || matches!(error, LightError::Memory { .. })
 }
 
 /// Asks for more where an error is too large; `false` if there is nothing more to ask for.

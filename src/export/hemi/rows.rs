@@ -7,32 +7,79 @@ use crate::export::archive::{Archive, Kind, float, integer, word};
 use crate::export::members::{Members, Packing};
 use crate::form_factors::{FormFactors, RowAccount, RowBlock, RowSink, RowView, Weights};
 use crate::patches::{MAX_PATCHES, PatchId};
+use crate::ranks::{RanksError, strips};
 
-/// Writes rows into the folder `name`, in the order of patches.
+/// Writes all rows into the folder `name`, in the order of patches. Where ranks share them, the
+/// others [send] theirs meanwhile.
 pub fn write<W: Write + Seek>(
     to: &mut Members<'_, W>,
     name: &str,
     factors: &FormFactors,
 ) -> io::Result<RowsHead> {
+    let ids = with_row(factors);
+    let lengths = factors.lengths(&ids).map_err(io::Error::other)?;
+    let mut failure = None;
+    let columns = strips(factors.len()).flat_map(|strip| {
+        factors.columns(strip).unwrap_or_else(|e| {
+            failure = Some(e);
+            Vec::new()
+        })
+    });
+    let head = write_some(to, name, factors, (&ids, &lengths), columns)?;
+    match failure {
+        Some(e) => Err(io::Error::other(e)),
+        None => Ok(head),
+    }
+}
+
+/// Lets rank 0 [write] the rows that this one has.
+pub fn send(factors: &FormFactors) -> Result<(), RanksError> {
+    factors.lengths(&with_row(factors))?;
+    strips(factors.len()).try_for_each(|strip| factors.columns(strip).map(|_| ()))
+}
+
+fn with_row(factors: &FormFactors) -> Vec<PatchId> {
+    (0..factors.len() as u32).map(PatchId).filter(|i| factors.has_row(*i)).collect()
+}
+
+/// Writes the rows of some patches that are all here.
+pub fn write_own<W: Write + Seek>(
+    to: &mut Members<'_, W>,
+    name: &str,
+    factors: &FormFactors,
+    ids: &[PatchId],
+) -> io::Result<RowsHead> {
+    let lengths: Vec<[u32; 2]> = ids.iter().map(|&i| factors.lengths_of(i)).collect();
+    let columns = ids.iter().filter_map(|&i| factors.row(i)).flat_map(|r| r.columns);
+    write_some(to, name, factors, (ids, &lengths), columns.map(|j| j.0))
+}
+
+/// Writes some rows: of which patches, how many entries each and its first half have, and what they
+/// see one after the other.
+fn write_some<W: Write + Seek>(
+    to: &mut Members<'_, W>,
+    name: &str,
+    factors: &FormFactors,
+    (ids, lengths): (&[PatchId], &[[u32; 2]]),
+    columns: impl Iterator<Item = u32>,
+) -> io::Result<RowsHead> {
     const PLAIN: Packing = Packing::Plain;
-    let ids: Vec<PatchId> =
-        (0..factors.len() as u32).map(PatchId).filter(|i| factors.has_row(*i)).collect();
     let rows: Vec<RowView<'_>> = ids.iter().filter_map(|i| factors.row(*i)).collect();
     let count = rows.len();
-    let entries: usize = rows.iter().map(|r| r.columns.len()).sum();
+    let entries: u64 = lengths.iter().map(|l| u64::from(l[0])).sum();
     let at = |part: &str| format!("{name}/{part}");
     to.array(&at("patches"), &[count], PLAIN, ids.iter().map(|i| i.0))?;
-    let lengths = rows.iter().map(|r| r.columns.len() as u32);
-    to.array(&at("lengths"), &[count], PLAIN, lengths)?;
-    let halves: Vec<usize> = ids.iter().filter_map(|i| factors.half_of_row(*i)).collect();
-    to.array(&at("halves"), &[halves.len()], PLAIN, halves.iter().map(|h| *h as u32))?;
+    to.array(&at("lengths"), &[count], PLAIN, lengths.iter().map(|l| l[0]))?;
+    let sampled =
+        rows.iter().zip(lengths).filter(|(r, _)| matches!(r.weights, Weights::Equal { .. }));
+    let halves: Vec<u32> = sampled.map(|(_, l)| l[1]).collect();
+    to.array(&at("halves"), &[halves.len()], PLAIN, halves.into_iter())?;
     let account = |i: &PatchId| {
         let RowAccount { environment, back, lost } = factors.account(*i);
         [environment, back, lost]
     };
     to.array(&at("account"), &[count, 3], PLAIN, ids.iter().flat_map(account))?;
-    let columns = rows.iter().flat_map(|r| r.columns.iter().map(|j| j.0));
-    to.array(&at("columns"), &[entries], PLAIN, columns)?;
+    to.array(&at("columns"), &[entries as usize], PLAIN, columns)?;
     let fixed = rows.iter().flat_map(|r| match r.weights {
         Weights::Fixed(w) => &w[r.range()],
         _ => &[],
@@ -55,7 +102,7 @@ pub fn write<W: Write + Seek>(
             _ => blocks.push(BlockHead { rows: 1, weights }),
         }
     }
-    Ok(RowsHead { rows: count as u64, entries: entries as u64, blocks })
+    Ok(RowsHead { rows: count as u64, entries, blocks })
 }
 
 /// Reads the rows of so many patches from the folder `name`, in at most `memory` bytes.
