@@ -98,7 +98,7 @@ fn room() -> Scene {
 fn options(patch_size: f64, tolerance: Option<f64>) -> LightOptions {
     LightOptions {
         patch_size: Some(patch_size),
-        engine: EngineOptions::Rays(RaysOptions { samples: 64, seed: 3 }),
+        engine: EngineOptions::Rays(RaysOptions { samples: 256, seed: 3 }),
         tolerance,
         ..LightOptions::default()
     }
@@ -199,7 +199,7 @@ impl Progress for Stop {
 fn solved(path: &Path, size: usize, seed: u32) -> (Vec<u8>, u64, Vec<String>) {
     let scene = room();
     let mut options = options(0.02, None);
-    options.engine = EngineOptions::Rays(RaysOptions { samples: 64, seed });
+    options.engine = EngineOptions::Rays(RaysOptions { samples: 256, seed });
     let stop = Stop::default();
     let taken_up = among(&table(size), size, |ranks| {
         let folder = RowFolder::beside(path);

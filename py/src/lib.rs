@@ -9,6 +9,7 @@ mod factors;
 mod failure;
 mod heat;
 mod light;
+mod ranks;
 mod remedy;
 mod scene;
 mod work;
@@ -26,5 +27,6 @@ fn _hemicube(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(heat::gebhart, module)?)?;
     module.add_function(wrap_pyfunction!(heat::lump, module)?)?;
     module.add_function(wrap_pyfunction!(light::lit, module)?)?;
+    module.add_function(wrap_pyfunction!(ranks::solve_shared, module)?)?;
     module.add("__version__", env!("CARGO_PKG_VERSION"))
 }

@@ -49,6 +49,21 @@ pub struct Asked {
     memory: u64,
 }
 
+impl Asked {
+    /// The same for the library.
+    pub fn options(&self) -> LightOptions {
+        let samples = self.samples.unwrap_or(RaysOptions::default().samples);
+        LightOptions {
+            patch_size: self.patch_size,
+            engine: EngineOptions::Rays(RaysOptions { samples, seed: self.seed }),
+            direct: DirectOptions { seed: self.seed, ..DirectOptions::default() },
+            error: self.error,
+            memory: self.memory,
+            ..LightOptions::default()
+        }
+    }
+}
+
 /// Lights a scene.
 #[pyfunction]
 #[pyo3(name = "light", signature = (scene, asked, progress=None))]
@@ -60,15 +75,7 @@ pub fn lit(
 ) -> PyResult<Light> {
     let scene = Arc::clone(&scene.0);
     let Asked { error, seed, .. } = asked;
-    let samples = asked.samples.unwrap_or(RaysOptions::default().samples);
-    let options = LightOptions {
-        patch_size: asked.patch_size,
-        engine: EngineOptions::Rays(RaysOptions { samples, seed }),
-        direct: DirectOptions { seed, ..DirectOptions::default() },
-        error,
-        memory: asked.memory,
-        ..LightOptions::default()
-    };
+    let options = asked.options();
     let (solution, options) = run(py, progress, |progress| {
         if !scene.optics.emits() && scene.lamps.is_empty() && scene.sky == DVec3::ZERO {
             return Err(remedy::of_darkness(&scene));

@@ -11,6 +11,7 @@ use hemicube::patches::PatchesError;
 use hemicube::render::RenderError;
 use hemicube::scene::{Finding, ImportError, Scene, Setting};
 use hemicube::solution::LightError;
+use hemicube::solve::SolveError;
 
 use crate::failure::Failure;
 
@@ -135,14 +136,16 @@ pub fn of_light(error: LightError) -> Failure {
             let size = size.unwrap_or_default();
             Failure::Memory(format!("{error}; use {size}fewer samples=, or more memory="))
         }
-        LightError::Sink(_) => Failure::Memory(format!(
-            "{error}; use a larger patch_size=, fewer samples=, or more memory="
-        )),
+        LightError::Sink(SinkError::Memory { .. } | SinkError::Allocation(_)) => Failure::Memory(
+            format!("{error}; use a larger patch_size=, fewer samples=, or more memory="),
+        ),
         LightError::Patches(e) => Failure::Input(format!("{error}{}", of_patches(e))),
         LightError::NoSky | LightError::Engine(EngineError::Clusters(_)) => {
             Failure::Input(error.to_string())
         }
-        LightError::Solve(_) => Failure::Failed(format!("{error}; lower max_reflectance=")),
+        LightError::Solve(SolveError::NoConvergence { .. }) => {
+            Failure::Failed(format!("{error}; lower max_reflectance="))
+        }
         _ => Failure::Failed(error.to_string()),
     })
 }

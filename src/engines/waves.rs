@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use rayon::prelude::*;
 
 use super::engine::{AssembleError, Engine};
-use crate::form_factors::{FormFactors, Keeping, KeptRows, RowSink, SinkError};
+use crate::form_factors::{FormFactors, KeptRows, OwnRows, RowSink, SinkError};
 use crate::patches::{PatchId, Patches, side_index};
 use crate::progress::Progress;
 
@@ -73,20 +73,19 @@ fn make_own(
     kept: Option<(&dyn KeptRows, &str)>,
     progress: &dyn Progress,
 ) -> Result<(), AssembleError> {
-    let own = factors.own(ids);
-    let Some((rows, key)) = kept else {
-        return engine.make(&own.concat(), factors, progress);
-    };
-    let mut missing = Vec::new();
-    for part in own {
-        let Some(blocks) = rows.take_up(key, part, factors, progress) else {
-            missing.push(part);
-            continue;
-        };
-        blocks.into_iter().try_for_each(|block| factors.take(block))?;
-        progress.advance(part.len() as u64)?;
+    if factors.ranks().is_alone() && kept.is_none() {
+        return engine.make(ids, factors, progress);
     }
-    let ids = missing.concat();
-    let mut sink = Keeping { factors, rows: (rows, key), parts: missing.into_iter() };
-    engine.make(&ids, &mut sink, progress)
+    let mut missing = Vec::new();
+    for part in factors.own(ids) {
+        match kept.and_then(|(rows, key)| rows.take_up(key, part, factors, progress)) {
+            Some(blocks) => {
+                blocks.into_iter().try_for_each(|block| factors.take(block))?;
+                progress.advance(part.len() as u64)?;
+            }
+            None => missing.push(part),
+        }
+    }
+    let mut sink = OwnRows { factors, kept, parts: missing.iter() };
+    engine.make(&sink.padded(), &mut sink, progress)
 }

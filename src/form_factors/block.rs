@@ -117,12 +117,27 @@ impl RowBlock {
         self.columns.len() as u64 * entry_bytes(&self.weights)
     }
 
-    /// Brings what sampled rows hit into the order of patches, half by half.
-    pub(super) fn sort_hits(&mut self) {
-        for (ends, &middle) in self.starts.windows(2).zip(&self.halves) {
-            self.columns[ends[0]..middle].sort_unstable();
-            self.columns[middle..ends[1]].sort_unstable();
+    /// The same without rows that repeat the one before.
+    pub(super) fn without_repeats(self) -> Self {
+        if self.ids.windows(2).all(|w| w[0] != w[1]) {
+            return self;
         }
+        let mut me = Self { starts: vec![0], ..Self::default() };
+        let mut entries = Vec::new();
+        for (k, &id) in self.ids.iter().enumerate() {
+            if me.ids.last() == Some(&id) {
+                continue;
+            }
+            let (from, to) = (self.starts[k], self.starts[k + 1]);
+            me.ids.push(id);
+            me.accounts.push(self.accounts[k]);
+            me.halves.extend(self.halves.get(k).map(|half| entries.len() + half - from));
+            entries.extend(from..to);
+            me.starts.push(entries.len());
+        }
+        me.columns = entries.iter().map(|&k| self.columns[k]).collect();
+        me.weights = self.weights.of(&entries);
+        me
     }
 
     /// Row `k` of the block.

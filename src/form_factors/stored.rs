@@ -131,12 +131,8 @@ impl FormFactors {
 
 impl RowSink for FormFactors {
     /// Keeps the rows without copying them.
-    fn take(&mut self, mut block: RowBlock) -> Result<(), SinkError> {
+    fn take(&mut self, block: RowBlock) -> Result<(), SinkError> {
         self.within_limit(block.bytes())?;
-        if !self.ranks.is_alone() {
-            // The order in which rays hit depends on what rows were made beside this one.
-            block.sort_hits();
-        }
         self.keep(block);
         Ok(())
     }

@@ -76,6 +76,13 @@ class Light:
     def save(self, path: str, progress: _Hearer = None) -> None: ...
 
 def light(scene: Scene, asked: SimpleNamespace, progress: _Hearer = None) -> Light: ...
+def solve_shared(
+    scene: Scene,
+    asked: SimpleNamespace,
+    output: str,
+    communicator: object,
+    progress: _Hearer = None,
+) -> str: ...
 def view_factors(
     scene: Scene, options: SimpleNamespace, progress: _Hearer = None
 ) -> dict[str, Any]: ...
