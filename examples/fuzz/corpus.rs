@@ -3,6 +3,7 @@
 pub mod gltf;
 pub mod images;
 pub mod models;
+pub mod parts;
 pub mod solids;
 pub mod stored;
 pub mod tables;

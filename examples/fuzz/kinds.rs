@@ -5,6 +5,7 @@ use std::path::Path;
 use crate::after;
 use crate::corpus::{self, Sound};
 use crate::read;
+use crate::shared;
 
 /// Nothing if it was read, or why it was refused.
 pub type Found = Result<(), String>;
@@ -37,4 +38,7 @@ pub const KINDS: &[Kind] = &[
     Kind { name: "points", endings: &["csv"], sound: corpus::tables::points, read: read::points },
     Kind { name: "npz", endings: &["npz"], sound: corpus::stored::npz, read: read::matrix },
     Kind { name: "hemi", endings: &["hemi"], sound: corpus::stored::hemi, read: after::solutions },
+    Kind { name: "plan", endings: &["json"], sound: corpus::parts::plan, read: shared::plan },
+    Kind { name: "part", endings: &["part"], sound: corpus::parts::part, read: shared::part },
+    Kind { name: "rows", endings: &["rows"], sound: corpus::parts::rows, read: shared::rows },
 ];

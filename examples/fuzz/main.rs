@@ -19,6 +19,7 @@ mod numbers;
 mod options;
 mod random;
 mod read;
+mod shared;
 mod tally;
 
 use std::error::Error;

@@ -91,7 +91,11 @@ impl Options {
     fn of_matrix(&self) -> MatrixOptions {
         MatrixOptions {
             patch_size: self.patch_size,
-            engine: EngineOptions::Exact(ExactOptions { error: self.error, seed: self.seed }),
+            engine: EngineOptions::Exact(ExactOptions {
+                error: self.error,
+                seed: self.seed,
+                ..ExactOptions::default()
+            }),
             enclosure: self.enclosure,
             threshold: self.threshold,
             memory: self.memory,

@@ -4,6 +4,7 @@ use std::fs::File;
 use std::io::{BufReader, Read};
 
 use zip::read::ZipFile;
+use zip::result::ZipResult;
 use zip::{CompressionMethod, ZipArchive};
 
 /// An archive, and the checksum of what was read of it.
@@ -47,11 +48,13 @@ pub struct Array<'a> {
 }
 
 impl Archive {
-    /// One in a file of `length` bytes.
-    pub fn new(zip: ZipArchive<BufReader<File>>, length: u64) -> Self {
+    /// One in a file.
+    pub fn new(file: File) -> ZipResult<Self> {
         /// Models of zeros are allowed to shrink as they do.
         const LEAST: u64 = 1 << 30;
-        Self { zip, hash: blake3::Hasher::new(), room: most(LEAST, length) }
+        let room = most(LEAST, file.metadata()?.len());
+        let zip = ZipArchive::new(BufReader::new(file))?;
+        Ok(Self { zip, hash: blake3::Hasher::new(), room })
     }
 
     /// The checksum of all arrays that were read since the last one was asked for.

@@ -6,12 +6,11 @@
 
 use std::ffi::OsStr;
 use std::fs;
-use std::io::{self, BufReader};
+use std::io::{self};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use serde::{Deserialize, Serialize};
-use zip::ZipArchive;
 
 use super::ExportError;
 use super::archive::Archive;
@@ -127,8 +126,8 @@ fn read(
 ) -> Result<Vec<RowBlock>, String> {
     /// Most bytes of a manifest.
     const MOST: u64 = 1 << 20;
-    let zip = open_regular(path).and_then(|f| Ok(ZipArchive::new(BufReader::new(f))?));
-    let mut archive = Archive::new(zip.map_err(|e| e.to_string())?);
+    let file = open_regular(path).map_err(|e| e.to_string())?;
+    let mut archive = Archive::new(file).map_err(|e| e.to_string())?;
     let text = archive.bytes("manifest.json", MOST)?;
     archive.checksum();
     let head: Manifest = serde_json::from_slice(&text).map_err(|e| e.to_string())?;

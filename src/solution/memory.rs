@@ -123,6 +123,7 @@ mod tests {
 
     use super::{Mesh, most_that, proposal, two_digits_up};
     use crate::patches::Patches;
+    use crate::ranks::Ranks;
     use crate::scene::Scene;
 
     #[test]
@@ -134,7 +135,8 @@ mod tests {
             calls.set(calls.get() + 1);
             Some((100.0 / size).max(40.0) as usize)
         };
-        let mesh = Mesh { patches: &patches, patch_size: 1.0, count: Some(&count) };
+        let ranks = Ranks::default();
+        let mesh = Mesh { patches: &patches, patch_size: 1.0, count: Some(&count), ranks: &ranks };
         let sought = |most: usize| {
             calls.set(0);
             (proposal(&mesh, &count, |n| n <= most), calls.get())

@@ -57,7 +57,8 @@ fn pack(members: &[Member], packed: bool) -> zip::result::ZipResult<Vec<u8>> {
     Ok(zip.finish()?.into_inner())
 }
 
-/// Makes the checksums right: those of the parts of a file of solutions, or that of a matrix.
+/// Makes the checksums right: those of the parts of a file of solutions, or that of
+/// rows, a part or a matrix.
 fn seal(members: &mut [Member]) {
     if let Some(at) = members.iter().position(|m| m.0 == "manifest.json") {
         let Ok(mut manifest) = serde_json::from_slice::<Value>(&members[at].1) else { return };
@@ -67,7 +68,13 @@ fn seal(members: &mut [Member]) {
                 *place = sum.into();
             }
         }
+        let sum = checksum(members, |name| name != "manifest.json");
+        if let Some(place) = manifest.pointer_mut("/checksum") {
+            *place = sum.into();
+        }
         members[at].1 = manifest.to_string().into_bytes();
+    } else if let Some(at) = members.iter().position(|m| m.0 == "checksum") {
+        members[at].1 = checksum(members, |name| name != "checksum").into_bytes();
     } else if let Some(at) = members.iter().position(|m| m.0 == "hemicube.npy") {
         let sum = checksum(members, |name| name != "hemicube.npy" && name != "names.npy");
         let start = members[at].1.iter().position(|b| *b == b'\n').map_or(0, |end| end + 1);

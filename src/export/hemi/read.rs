@@ -1,9 +1,6 @@
 //! Reads solutions back, part by part.
 
-use std::io::BufReader;
 use std::path::Path;
-
-use zip::ZipArchive;
 
 use super::light::{self, SOURCE_BYTES};
 use super::manifest::{FORMAT, Format, Manifest, SceneHead, VERSION};
@@ -100,9 +97,8 @@ fn open(path: &Path) -> Result<(Archive, Manifest), ReadError> {
     let unreadable = |source| ReadError::Unreadable { path: path.into(), source };
     let file = open_regular(path).map_err(unreadable)?;
     let length = file.metadata().map_err(unreadable)?.len();
-    let zip = ZipArchive::new(BufReader::new(file))
-        .map_err(|e| broken(format!("is no whole file of solutions ({e})")))?;
-    let mut archive = Archive::new(zip, length);
+    let mut archive =
+        Archive::new(file).map_err(|e| broken(format!("is no whole file of solutions ({e})")))?;
     let text = archive
         .bytes("manifest.json", MOST.min(most(LEAST, length)))
         .map_err(|_| broken("was not written by hemicube solve".into()))?;

@@ -1,10 +1,8 @@
 //! Reads back the matrices that `hemicube factors` wrote.
 
-use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
 use thiserror::Error;
-use zip::ZipArchive;
 
 use super::ORIGIN;
 use crate::export::archive::{Archive, Kind, float, integer, text};
@@ -69,10 +67,8 @@ pub fn read_npz(path: &Path, memory: u64) -> Result<Stored, ReadError> {
     let unreadable = |source| ReadError::Unreadable { path: path.into(), source };
     let broken = |problem: String| ReadError::Broken { path: path.into(), problem };
     let file = open_regular(path).map_err(unreadable)?;
-    let length = file.metadata().map_err(unreadable)?.len();
-    let zip = ZipArchive::new(BufReader::new(file))
-        .map_err(|e| broken(format!("is no archive of arrays ({e})")))?;
-    let mut archive = Archive::new(zip, length);
+    let mut archive =
+        Archive::new(file).map_err(|e| broken(format!("is no archive of arrays ({e})")))?;
     let origin = text_of(&mut archive, ORIGIN)
         .map_err(|_| broken("was not written by hemicube factors".into()))?;
     let origin: Origin = serde_json::from_slice(&origin).map_err(|e| broken(e.to_string()))?;

@@ -1,12 +1,11 @@
 //! Reads plans and parts back. All of a part is read and checked before any of it is believed.
 
 use std::fs::{self, File};
-use std::io::{self, BufReader, Read, Seek, SeekFrom};
+use std::io::{self, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 use thiserror::Error;
-use zip::ZipArchive;
 
 use super::{PART, PLAN, PartHead, PlanFile, VERSION, part_path};
 use crate::engines::{FoundPairs, PairsTally, TilePairs};
@@ -207,8 +206,7 @@ fn open(
         io::ErrorKind::NotFound => "missing".to_owned(),
         _ => e.to_string(),
     })?;
-    let zip = ZipArchive::new(BufReader::new(file)).map_err(|_| "is cut off, or no part")?;
-    let mut archive = Archive::new(zip);
+    let mut archive = Archive::new(file).map_err(|_| "is cut off, or no part")?;
     let head = archive.bytes("head.json", MOST)?;
     let head: PartHead = serde_json::from_slice(&head).map_err(|e| format!("head.json: {e}"))?;
     if head.format != PART || head.version != VERSION {
