@@ -45,7 +45,8 @@ impl Scene {
         Ok(Self(Arc::new(scene)))
     }
 
-    /// Reads a file; `unit` is in metres. What is doubtful about materials is said of what is `lit`.
+    /// Reads a file; `unit` is in metres. What is doubtful about materials is said if it is to be
+    /// `lit`.
     #[staticmethod]
     #[pyo3(signature = (path, unit, up, sides, max_reflectance, lit))]
     fn load(

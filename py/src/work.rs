@@ -3,9 +3,10 @@
 use std::collections::BTreeSet;
 use std::ffi::CString;
 use std::panic::resume_unwind;
+use std::process;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::Relaxed};
 use std::sync::mpsc::{self, RecvTimeoutError};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, OnceLock, PoisonError};
 use std::thread;
 use std::time::Duration;
 
@@ -19,6 +20,9 @@ const LOOK: Duration = Duration::from_millis(50);
 
 /// As much as the main thread of a program has.
 const STACK: usize = 8 << 20;
+
+/// The process that worked first: the threads that all work is shared out among are its own.
+static PROCESS: OnceLock<u32> = OnceLock::new();
 
 /// What is heard of work, and whether it is to stop.
 #[derive(Debug, Default)]
@@ -67,6 +71,11 @@ pub fn run<T: Send>(
     progress: Option<Py<PyAny>>,
     work: impl FnOnce(&dyn Progress) -> Result<T, Failure> + Send,
 ) -> PyResult<T> {
+    if *PROCESS.get_or_init(process::id) != process::id() {
+        let text = "this process was forked from one that has worked already, and has none of its \
+                    threads; use the start method 'spawn' or 'forkserver' of multiprocessing";
+        return Err(Failure::Failed(text.to_owned()).raise(py));
+    }
     let heard = &Heard::default();
     let progress = progress.as_ref();
     let (ended, stopped) = py.detach(|| {

@@ -97,6 +97,13 @@ def test_a_linear_operator_does_what_the_matrix_does():
     assert operator.T @ x == pytest.approx(F.matrix.T @ x)
 
 
+def test_the_matrix_takes_over_what_the_library_filled():
+    F = hc.view_factors(*shapes.room())
+    assert np.shares_memory(F.matrix.data, F._values)
+    assert np.shares_memory(F.matrix.indices, F._columns)
+    assert F.matrix.has_sorted_indices and F.matrix is F.matrix
+
+
 def test_arrays_of_any_kind_will_do():
     vertices, faces = shapes.room()
     wanted = hc.view_factors(vertices, faces).matrix
@@ -141,6 +148,10 @@ def test_what_makes_no_sense_is_said(change, message):
         ({"threshold": 1}, "threshold=1"),
         ({"sides": "three"}, "give 'one', 'two'"),
         ({"rows": []}, "rows=: give integers"),
+        ({"seed": -1}, "seed=-1: is no integer"),
+        ({"seed": 0.5}, "seed=0.5: is no integer"),
+        ({"memory": -1}, "memory=-1"),
+        ({"progress": "yes"}, "progress='yes': give True"),
         ({"rows": [-1]}, "no row -1"),
         ({"rows": [0], "enclosure": True}, "takes all of its rows"),
         ({"obstacles": (np.zeros((2, 3)), [[0, 1, 2]])}, r"obstacles: faces\[0\]"),

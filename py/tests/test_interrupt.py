@@ -1,4 +1,4 @@
-"""Ctrl-C stops long work."""
+"""Ctrl-C stops long work, and a forked process says that it cannot do any."""
 
 import os
 import signal
@@ -51,3 +51,32 @@ def test_ctrl_c_stops_the_work():
     assert took < PATIENCE
     assert process.stdout.readline() == "48\n"
     assert process.wait(60) == 0
+
+
+FORKED = """
+import os
+import hemicube as hc
+from shapes import room
+
+hc.view_factors(*room())
+if os.fork() == 0:
+    try:
+        hc.view_factors(*room())
+    except hc.Error as error:
+        print(error, flush=True)
+    os._exit(0)
+os.wait()
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system does not fork")
+def test_a_forked_process_does_not_wait_for_ever():
+    here = os.path.dirname(__file__)
+    done = subprocess.run(
+        [sys.executable, "-W", "ignore", "-c", FORKED],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        env={**os.environ, "PYTHONPATH": here},
+    )
+    assert "use the start method 'spawn'" in done.stdout, done

@@ -5,6 +5,7 @@ from __future__ import annotations
 import html
 import os
 from collections.abc import Mapping
+from operator import index
 from typing import Any
 
 import numpy as np
@@ -68,6 +69,23 @@ def above(name: str, value: float, least: float = 0.0) -> float:
     if not (np.isfinite(number) and number > least):
         raise InputError(f"{name}={value!r}: is not above {least:g}")
     return number
+
+
+def seed_of(seed: int) -> int:
+    """A seed that the library takes."""
+    number = index(seed) if hasattr(seed, "__index__") else -1
+    if not 0 <= number < 1 << 32:
+        raise InputError(f"seed={seed!r}: is no integer from 0 to {(1 << 32) - 1}")
+    return number
+
+
+def memory_of(memory: int | None) -> int:
+    """Bytes that work may take: as given, or what is free."""
+    if memory is None:
+        return available_memory()
+    if not 0 <= memory < 1 << 63:
+        raise InputError(f"memory={memory!r}: is no number of bytes")
+    return int(memory)
 
 
 def sums(of: NDArray[Any], weights: NDArray[np.float64], count: int) -> NDArray[np.float64]:

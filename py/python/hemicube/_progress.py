@@ -6,6 +6,8 @@ import sys
 import time
 from collections.abc import Callable
 
+from ._errors import InputError
+
 Progress = bool | Callable[[int, int], object] | None
 Hearer = Callable[[str, int, int], None]
 
@@ -16,11 +18,13 @@ def hearer(progress: Progress) -> Hearer | None:
         return None
     if progress is True:
         return _Bar()
-    return lambda stage, done, total: _ignore(progress(done, total))
+    if not callable(progress):
+        raise InputError(f"progress={progress!r}: give True, or a function of (done, total)")
 
+    def hear(_: str, done: int, total: int) -> None:
+        progress(done, total)
 
-def _ignore(_: object) -> None:
-    return None
+    return hear
 
 
 class _Bar:

@@ -72,8 +72,8 @@ def view_factors(
         enclosure=bool(enclosure),
         threshold=float(threshold),
         rows=None if wanted is None else wanted.tolist(),
-        seed=seed,
-        memory=_arrays.available_memory() if memory is None else memory,
+        seed=_arrays.seed_of(seed),
+        memory=_arrays.memory_of(memory),
     )
     made = _hemicube.view_factors(scene, options, hearer(progress))
     made["report"] = json.loads(made["report"])
@@ -156,7 +156,10 @@ class ViewFactors:
         where they were scaled (`enclosure`, `threshold`) or lumped."""
         from scipy.sparse import csr_array
 
-        parts = (self._values, self._columns, self._starts)
+        # Columns and starts of one width are taken over as they are.
+        fits = len(self._values) <= np.iinfo(np.int32).max
+        starts = self._starts.astype(np.int32) if fits else self._starts
+        parts = (self._values, self._columns, starts)
         matrix = csr_array(parts, shape=self.shape, copy=False)
         matrix.has_canonical_format = True
         return matrix
@@ -263,7 +266,7 @@ class ViewFactors:
             self._arrays(),
             self.each("emissivity", emissivity),
             self.is_open,
-            _arrays.available_memory() if memory is None else memory,
+            _arrays.memory_of(memory),
             hearer(progress),
         )
 

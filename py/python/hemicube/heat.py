@@ -131,7 +131,7 @@ def balance(
         sunlight=arriving if sunny else None,
         diffuse=float(diffuse_sunlight),
         error=factors.error,
-        memory=_arrays.available_memory() if memory is None else memory,
+        memory=_arrays.memory_of(memory),
     )
     found = _hemicube.heat(factors._arrays(), inputs, hearer(progress))
     left_out, rows = found.pop("left_out")

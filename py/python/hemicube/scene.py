@@ -138,8 +138,8 @@ class Scene:
             error=error,
             samples=samples,
             patch_size=None if patch_size is None else _arrays.above("patch_size", patch_size),
-            seed=seed,
-            memory=_arrays.available_memory() if memory is None else memory,
+            seed=_arrays.seed_of(seed),
+            memory=_arrays.memory_of(memory),
         )
         light = Light(_hemicube.light(self._scene, asked, hearer(progress)))
         reached = light.error
