@@ -17,8 +17,8 @@ use crate::progress::Progress;
 /// `shines` says that it emits or reflects. Advances `progress` by one a row.
 ///
 /// `seeds` are the patches that emit or are lit by something without a row (sky, lamps); the whole
-/// sides that they lie on are reached. Rows are taken from `kept` and put there, if it is given with
-/// a key that tells what they depend on.
+/// sides that they lie on are reached. Rows are taken from `kept` and put there, if it is given
+/// with a key that tells what they depend on.
 pub fn assemble_lit(
     engine: &mut dyn Engine,
     patches: &Patches,
