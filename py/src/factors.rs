@@ -98,7 +98,8 @@ impl Options {
             }),
             enclosure: self.enclosure,
             threshold: self.threshold,
-            memory: self.memory,
+            // The arrays that Python gets take as much again.
+            memory: self.memory / 2,
         }
     }
 

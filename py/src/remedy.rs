@@ -48,6 +48,12 @@ pub fn of_finding(finding: &Finding) -> String {
 
 /// About a matrix that was not made.
 pub fn of_matrix(error: MatrixError, options: &MatrixOptions) -> Failure {
+    let fewer = match options.patch_size {
+        Some(_) => "give a larger patch_size=",
+        None => "use fewer faces",
+    };
+    let some = if options.enclosure { "" } else { ", or make some rows= at a time" };
+    let too_much = format!(", half of memory=, as arrays take as much again; {fewer}{some}");
     Failure::of(error, |error| {
         let remedy = match &error {
             MatrixError::Patches(e) => of_patches(e),
@@ -59,12 +65,8 @@ pub fn of_matrix(error: MatrixError, options: &MatrixOptions) -> Failure {
                 "; close the gaps or turn the faces round that they see, or leave enclosure= out"
             }
             MatrixError::Stalled(_) => "; give a lower threshold=",
-            MatrixError::Memory { .. } | MatrixError::Sink(_) => {
-                match (options.patch_size.is_some(), options.enclosure) {
-                    (true, _) => "; give a larger patch_size=, or make some rows= at a time",
-                    (false, false) => "; use fewer faces, or make some rows= at a time",
-                    (false, true) => "; use fewer faces",
-                }
+            MatrixError::Memory { .. } | MatrixError::Sink(SinkError::Memory { .. }) => {
+                too_much.as_str()
             }
             _ => "",
         };

@@ -8,6 +8,12 @@ import time
 
 import pytest
 
+HERE = os.path.dirname(__file__)
+ENVIRONMENT = {
+    **os.environ,
+    "PYTHONPATH": os.pathsep.join([HERE, os.environ.get("PYTHONPATH", "")]),
+}
+
 WORK = """
 import sys, time
 import numpy as np
@@ -31,13 +37,11 @@ PATIENCE = 10.0
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows sends Ctrl-C to all processes of a console")
 def test_ctrl_c_stops_the_work():
-    here = os.path.dirname(__file__)
     process = subprocess.Popen(
         [sys.executable, "-c", WORK],
         stdout=subprocess.PIPE,
         text=True,
-        cwd=here,
-        env={**os.environ, "PYTHONPATH": here},
+        env=ENVIRONMENT,
     )
     assert process.stdout is not None
     assert process.stdout.readline() == "ready\n"
@@ -71,12 +75,11 @@ os.wait()
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="this system does not fork")
 def test_a_forked_process_does_not_wait_for_ever():
-    here = os.path.dirname(__file__)
     done = subprocess.run(
         [sys.executable, "-W", "ignore", "-c", FORKED],
         capture_output=True,
         text=True,
         timeout=60,
-        env={**os.environ, "PYTHONPATH": here},
+        env=ENVIRONMENT,
     )
     assert "use the start method 'spawn'" in done.stdout, done

@@ -55,7 +55,7 @@ def view_factors(
     threshold   smaller factors are left out, and sums of rows restored
     rows        only these rows
     seed        another one gives other rays, where rays decide
-    memory      bytes that the work may take; what is free unless given
+    memory      bytes that all of it may take; what is free unless given
     progress    True shows a bar on stderr; or a function that is called with (done, total)
 
     Raises `InputError` for what makes no sense and `OutOfMemory`. Ctrl-C stops the work.
