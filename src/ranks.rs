@@ -115,23 +115,20 @@ impl Ranks {
     /// If another rank found more or fewer, or they cannot reach each other.
     pub fn share<T: Wire>(&self, counts: &[usize], own: Vec<T>) -> Result<Vec<T>, RanksError> {
         let Some(communicator) = &self.0 else { return Ok(own) };
-        let (_, size) = self.place();
-        let found = communicator.all_gather(&to_bytes(&own))?;
-        for rank in 0..size {
-            let due = T::BYTES * counts.iter().skip(rank).step_by(size).sum::<usize>();
-            let sent = found.get(rank).map_or(0, Vec::len);
-            if sent != due {
-                return Err(RanksError::Apart { rank, sent, due });
-            }
+        in_order(&communicator.all_gather(&to_bytes(&own))?, self.size(), counts)
+    }
+
+    /// The same for rank 0 alone: nothing for the others.
+    ///
+    /// # Errors
+    /// As [`share`](Self::share).
+    pub fn collect<T: Wire>(&self, counts: &[usize], own: Vec<T>) -> Result<Vec<T>, RanksError> {
+        let Some(communicator) = &self.0 else { return Ok(own) };
+        let found = communicator.gather(&to_bytes(&own))?;
+        if !self.is_first() {
+            return Ok(Vec::new());
         }
-        let mut rests: Vec<&[u8]> = found.iter().map(Vec::as_slice).collect();
-        let mut all = Vec::with_capacity(counts.iter().sum());
-        for (strip, count) in counts.iter().enumerate() {
-            let (now, rest) = rests[strip % size].split_at(T::BYTES * count);
-            all.extend(now.chunks_exact(T::BYTES).map(T::read));
-            rests[strip % size] = rest;
-        }
-        Ok(all)
+        in_order(&found, self.size(), counts)
     }
 
     /// One value of every rank.
@@ -166,16 +163,29 @@ impl Ranks {
         }
         Ok(())
     }
+}
 
-    /// What all ranks gave, one after the other, for rank 0; nothing of use for the others.
-    ///
-    /// # Errors
-    /// If they cannot reach each other.
-    pub fn to_first<T: Wire>(&self, own: Vec<T>) -> Result<Vec<T>, RanksError> {
-        let Some(communicator) = &self.0 else { return Ok(own) };
-        let found = communicator.gather(&to_bytes(&own))?;
-        Ok(found.iter().flat_map(|b| b.chunks_exact(T::BYTES).map(T::read)).collect())
+/// The values of strips in their order, from what each rank found of its own.
+fn in_order<T: Wire>(
+    found: &[Vec<u8>],
+    size: usize,
+    counts: &[usize],
+) -> Result<Vec<T>, RanksError> {
+    for rank in 0..size {
+        let due = T::BYTES * counts.iter().skip(rank).step_by(size).sum::<usize>();
+        let sent = found.get(rank).map_or(0, Vec::len);
+        if sent != due {
+            return Err(RanksError::Apart { rank, sent, due });
+        }
     }
+    let mut rests: Vec<&[u8]> = found.iter().map(Vec::as_slice).collect();
+    let mut all = Vec::with_capacity(counts.iter().sum());
+    for (strip, count) in counts.iter().enumerate() {
+        let (now, rest) = rests[strip % size].split_at(T::BYTES * count);
+        all.extend(now.chunks_exact(T::BYTES).map(T::read));
+        rests[strip % size] = rest;
+    }
+    Ok(all)
 }
 
 /// A value as ranks send it: its bytes, the lowest first.
@@ -278,6 +288,9 @@ mod tests {
         let all = ranks.share(&counts, vec![0_u32, 1, 40]).unwrap();
         assert_eq!(all, [0, 1, 2, 30, 31, 32, 40]);
         assert_eq!(ranks.own(counts).collect::<Vec<_>>(), [2, 0, 1]);
+        assert_eq!(ranks.collect(&counts, vec![0_u32, 1, 40]).unwrap(), all);
+        let other = told(1, vec![vec![], vec![]]).collect(&counts, vec![2_u32, 30, 31, 32]);
+        assert!(other.unwrap().is_empty());
         // A single rank, and nobody at all.
         let single = told(0, vec![vec![]]);
         assert_eq!(single.share(&[1, 2], vec![7.0, 8.0, 9.0]).unwrap(), [7.0, 8.0, 9.0]);

@@ -1,8 +1,6 @@
 //! Rows that ranks share: each makes those of its own strips, and hears of the others what lighting
 //! needs of them.
 
-use std::ops::Range;
-
 use rayon::prelude::*;
 
 use super::block::RowBlock;
@@ -140,10 +138,17 @@ impl FormFactors {
         [entries, self.half_of_row(id).unwrap_or(0)].map(|n| n as u32)
     }
 
-    /// What the rows of a strip's patches see, one after the other: for rank 0, while the others
-    /// ask for the same strip.
-    pub(crate) fn columns(&self, strip: Range<usize>) -> Result<Vec<u32>, RanksError> {
-        let rows = strip.filter_map(|i| self.row(PatchId(i as u32)));
-        self.ranks.to_first(rows.flat_map(|r| r.columns.iter().map(|j| j.0)).collect())
+    /// What some rows see, ascending, one after the other: for rank 0, while the others ask for the
+    /// same. `lengths` are [theirs](Self::lengths).
+    pub(crate) fn columns(
+        &self,
+        ids: &[PatchId],
+        lengths: &[[u32; 2]],
+    ) -> Result<Vec<u32>, RanksError> {
+        let mut lengths = lengths.iter().map(|l| l[0] as usize);
+        let counts: Vec<usize> =
+            self.parts(ids).iter().map(|part| lengths.by_ref().take(part.len()).sum()).collect();
+        let own = self.own(ids).into_iter().flatten().filter_map(|&i| self.row(i));
+        self.ranks.collect(&counts, own.flat_map(|r| r.columns.iter().map(|j| j.0)).collect())
     }
 }

@@ -7,7 +7,10 @@ use crate::export::archive::{Archive, Kind, float, integer, word};
 use crate::export::members::{Members, Packing};
 use crate::form_factors::{FormFactors, RowAccount, RowBlock, RowSink, RowView, Weights};
 use crate::patches::{MAX_PATCHES, PatchId};
-use crate::ranks::{RanksError, strips};
+use crate::ranks::RanksError;
+
+/// Rows that ranks send at a time.
+const AT_ONCE: usize = 4096;
 
 /// Writes all rows into the folder `name`, in the order of patches. Where ranks share them, the
 /// others [send] theirs meanwhile.
@@ -19,8 +22,8 @@ pub fn write<W: Write + Seek>(
     let ids = with_row(factors);
     let lengths = factors.lengths(&ids).map_err(io::Error::other)?;
     let mut failure = None;
-    let columns = strips(factors.len()).flat_map(|strip| {
-        factors.columns(strip).unwrap_or_else(|e| {
+    let columns = ids.chunks(AT_ONCE).zip(lengths.chunks(AT_ONCE)).flat_map(|(ids, lengths)| {
+        factors.columns(ids, lengths).unwrap_or_else(|e| {
             failure = Some(e);
             Vec::new()
         })
@@ -34,8 +37,10 @@ pub fn write<W: Write + Seek>(
 
 /// Lets rank 0 [write] the rows that this one has.
 pub fn send(factors: &FormFactors) -> Result<(), RanksError> {
-    factors.lengths(&with_row(factors))?;
-    strips(factors.len()).try_for_each(|strip| factors.columns(strip).map(|_| ()))
+    let ids = with_row(factors);
+    let lengths = factors.lengths(&ids)?;
+    let mut parts = ids.chunks(AT_ONCE).zip(lengths.chunks(AT_ONCE));
+    parts.try_for_each(|(ids, lengths)| factors.columns(ids, lengths).map(|_| ()))
 }
 
 fn with_row(factors: &FormFactors) -> Vec<PatchId> {
