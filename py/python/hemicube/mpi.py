@@ -61,7 +61,7 @@ class Communicator:
 
     def _gathered(self, own: bytes, root: int | None) -> list[bytearray]:
         counts = np.empty(self.size, np.int64)
-        self.comm.Allgather(np.array([len(own)], np.int64), counts)
+        _wait(self.comm.Iallgather(np.array([len(own)], np.int64), counts))
         if root is None:
             self.shared.append(int(counts.sum()))
         else:
@@ -77,12 +77,20 @@ class Communicator:
             into = [buffer, now, ends - now, self.byte] if hears else None
             part = [given[start : start + step], self.byte]
             if root is None:
-                self.comm.Allgatherv(part, into)
+                _wait(self.comm.Iallgatherv(part, into))
             else:
-                self.comm.Gatherv(part, into, root)
+                _wait(self.comm.Igatherv(part, into, root))
             for piece, count, end in zip(found, now, ends, strict=False):
                 piece += buffer[end - count : end].data
         return found
+
+
+def _wait(request: MPI.Request) -> None:
+    """Waits for the other ranks without keeping a core busy: they may need it."""
+    pause = 1e-5
+    while not request.Test():
+        time.sleep(pause)
+        pause = min(2.0 * pause, 1e-3)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
