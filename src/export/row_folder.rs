@@ -4,6 +4,7 @@
 //! A file has the rows of patches of one strip that were made together. It is an archive of arrays
 //! as files of solutions have them, and `manifest.json` says what the rows depend on.
 
+use std::collections::BTreeSet;
 use std::ffi::OsStr;
 use std::fs;
 use std::io::{self};
@@ -27,8 +28,8 @@ use crate::scene::files::open_regular;
 #[derive(Debug)]
 pub struct RowFolder {
     folder: PathBuf,
-    /// The names of what was there at first, until it is known whether any can be used.
-    found: Vec<String>,
+    /// The names of what was there at first.
+    found: BTreeSet<String>,
     compared: AtomicBool,
     taken_up: AtomicU64,
 }
@@ -161,7 +162,11 @@ impl KeptRows for RowFolder {
         }
         match read(&path, key, ids, factors) {
             Ok(blocks) => {
-                self.taken_up.fetch_add(ids.len() as u64, Ordering::Relaxed);
+                // Where rays are chosen for an error, the last turn of this run left rows too.
+                if path.file_name().and_then(OsStr::to_str).is_some_and(|n| self.found.contains(n))
+                {
+                    self.taken_up.fetch_add(ids.len() as u64, Ordering::Relaxed);
+                }
                 Some(blocks)
             }
             Err(problem) => {
