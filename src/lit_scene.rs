@@ -198,7 +198,8 @@ impl LitScene<'_> {
         let field = self.solution.field_heard(self.scene, progress)?;
         let bvh = Bvh::new(&self.scene.geometry);
         let options = GatherOptions::of_pictures(0);
-        let gatherer = Gatherer::new(self.scene, &self.solution, &field, &bvh, options);
+        let gatherer =
+            Gatherer::new_heard(self.scene, &self.solution, &field, &bvh, options, progress)?;
         let renderer = Renderer::gathering(self.scene, &field, &gatherer);
         Ok(view.taken_by(&renderer, progress)?.picture)
     }
@@ -216,7 +217,8 @@ impl LitScene<'_> {
         let field = self.solution.field_heard(self.scene, progress)?;
         let bvh = Bvh::new(&self.scene.geometry);
         progress.stage("points", probes.len() as u64);
-        let gatherer = Gatherer::new(self.scene, &self.solution, &field, &bvh, options);
+        let gatherer =
+            Gatherer::new_heard(self.scene, &self.solution, &field, &bvh, options, progress)?;
         gatherer.all(probes, progress)
     }
 }

@@ -63,7 +63,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let start = Instant::now();
     let field = solution.field_heard(&scene, &bar)?;
     let bvh = Bvh::new(&scene.geometry);
-    let gatherer = Gatherer::new(&scene, &solution, &field, &bvh, gathering(look));
+    let options = gathering(look);
+    let gatherer = Gatherer::new_heard(&scene, &solution, &field, &bvh, options, &bar)?;
     let mut renderer = Renderer::gathering(&scene, &field, &gatherer);
     let mode = match mode {
         ModeArg::Unlit => BakeMode::Unlit,

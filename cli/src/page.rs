@@ -111,7 +111,7 @@ pub fn look_first(
     let error = match gather {
         Some(options) => {
             let bvh = Bvh::new(&scene.geometry);
-            let gatherer = Gatherer::new(scene, solution, &field, &bvh, options);
+            let gatherer = Gatherer::new_heard(scene, solution, &field, &bvh, options, progress)?;
             let renderer = Renderer::gathering(scene, &field, &gatherer);
             view.exposure = stops_of(&renderer, camera, look, made_for)?;
             let reflected = solution.reflected_field_heard(scene, progress)?;

@@ -63,7 +63,7 @@ pub fn run(args: &Render) -> Result<(), Failure> {
     let mut solution = lit(&scene, &args.look.input, &light, &bar)?;
 
     let start = Instant::now();
-    let field = solution.field(&scene);
+    let field = solution.field_heard(&scene, &bar)?;
     let error = if args.draft {
         Uncertainty::of(&scene.geometry, &solution, &field)
     } else {
@@ -76,7 +76,8 @@ pub fn run(args: &Render) -> Result<(), Failure> {
     let bvh = (!args.draft).then(|| Bvh::new(&scene.geometry));
     let usual = GatherOptions::of_pictures(args.look.light.seed.unwrap_or_default());
     let options = GatherOptions { error: args.look.light.error_of_light(), ..usual };
-    let gatherer = bvh.as_ref().map(|b| Gatherer::new(&scene, &solution, &field, b, options));
+    let gathering = |bvh| Gatherer::new_heard(&scene, &solution, &field, bvh, options, &bar);
+    let gatherer = bvh.as_ref().map(gathering).transpose()?;
     let renderer = match &gatherer {
         Some(gatherer) => Renderer::gathering(&scene, &field, gatherer),
         None => Renderer::new(&scene, &field),

@@ -151,7 +151,8 @@ impl Light {
             let field = self.solution.field_heard(&self.scene, progress)?;
             let bvh = Bvh::new(&self.scene.geometry);
             progress.stage("points", probes.len() as u64);
-            let gatherer = Gatherer::new(&self.scene, &self.solution, &field, &bvh, options);
+            let gatherer =
+                Gatherer::new_heard(&self.scene, &self.solution, &field, &bvh, options, progress)?;
             let mut found = gatherer.all(&probes, progress)?;
             // A field lets a little light out under walls.
             const DARK: f64 = 1e-4;
@@ -275,7 +276,8 @@ impl Light {
         let field = self.solution.field_heard(&self.scene, progress)?;
         let bvh = Bvh::new(&self.scene.geometry);
         let options = GatherOptions { error: self.error, ..GatherOptions::of_pictures(self.seed) };
-        let gatherer = Gatherer::new(&self.scene, &self.solution, &field, &bvh, options);
+        let gatherer =
+            Gatherer::new_heard(&self.scene, &self.solution, &field, &bvh, options, progress)?;
         look(&Renderer::gathering(&self.scene, &field, &gatherer))
     }
 }

@@ -50,7 +50,7 @@ impl Layers {
             let solution = store.mix(&alone)?;
             let field = solution.field_heard(&alone, progress)?;
             let how = gather.unwrap_or_else(|| GatherOptions::of_pictures(0));
-            let gatherer = Gatherer::new(&alone, &solution, &field, &bvh, how);
+            let gatherer = Gatherer::new_heard(&alone, &solution, &field, &bvh, how, progress)?;
             let renderer = Renderer::gathering(&alone, &field, &gatherer);
             let Some(gathered) = renderer.gathered_light() else { break };
             let atlas = match &mut atlas {

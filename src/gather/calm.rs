@@ -12,6 +12,7 @@ use super::gatherer::{CLEARANCE, Gatherer};
 use super::outlook::Outlook;
 use crate::engines::sampling::{Random, cosine};
 use crate::patches::{PatchId, Patches, SurfacePoint};
+use crate::progress::{Cancelled, Progress};
 use crate::reconstruct::Field;
 use crate::scene::{Rgb, luminance};
 use crate::simd::LANES;
@@ -100,9 +101,16 @@ impl<'a> Gatherer<'a> {
         }
     }
 
-    /// What rays from all over each patch meet.
-    pub(super) fn outlooks(&self) -> Vec<Outlook> {
-        self.patches.ids().collect::<Vec<_>>().into_par_iter().map(|i| self.outlook(i)).collect()
+    /// What rays from all over each patch meet: of pictures alone.
+    pub(super) fn outlooks(&self, progress: &dyn Progress) -> Result<Vec<Outlook>, Cancelled> {
+        if !self.options.of_pictures {
+            return Ok(Vec::new());
+        }
+        let outlook = |i: PatchId| {
+            progress.advance(0)?;
+            Ok(self.outlook(i))
+        };
+        self.patches.ids().collect::<Vec<_>>().into_par_iter().map(outlook).collect()
     }
 
     fn outlook(&self, id: PatchId) -> Outlook {

@@ -8,6 +8,7 @@ use super::surfaces::Surfaces;
 use crate::direct::{self, Analytic, DirectOptions, Emitters};
 use crate::engines::sampling::Table;
 use crate::patches::{PatchId, Patches, SurfacePoint};
+use crate::progress::{Cancelled, Progress, Silent};
 use crate::reconstruct::Field;
 use crate::scene::{Geometry, Rgb, Scene, Side, TriangleId, luminance};
 use crate::solution::Solution;
@@ -107,6 +108,36 @@ impl<'a> Gatherer<'a> {
         bvh: &'a Bvh,
         options: GatherOptions,
     ) -> Self {
+        let me = Self::blind(scene, solution, field, bvh, options);
+        let outlooks = me.outlooks(&Silent).unwrap_or_default();
+        me.seeing(outlooks)
+    }
+
+    /// [`new`](Self::new), which `progress` may stop.
+    ///
+    /// # Errors
+    /// If it does.
+    pub fn new_heard(
+        scene: &'a Scene,
+        solution: &'a Solution,
+        field: &'a Field<'a>,
+        bvh: &'a Bvh,
+        options: GatherOptions,
+        progress: &dyn Progress,
+    ) -> Result<Self, Cancelled> {
+        let me = Self::blind(scene, solution, field, bvh, options);
+        let outlooks = me.outlooks(progress)?;
+        Ok(me.seeing(outlooks))
+    }
+
+    /// One that has not looked around from patches yet.
+    fn blind(
+        scene: &'a Scene,
+        solution: &'a Solution,
+        field: &'a Field<'a>,
+        bvh: &'a Bvh,
+        options: GatherOptions,
+    ) -> Self {
         let rays = options.samples.clamp(FEWEST_RAYS, MOST_RAYS);
         let seed = options.seed;
         let looks = if options.error.is_some() && !options.of_pictures { LOOKS } else { 1 };
@@ -134,7 +165,7 @@ impl<'a> Gatherer<'a> {
             .collect();
         let mean = luminance(lit.iter().sum::<Rgb>() / lit.len().max(1) as f64);
         let radii = patches.ids().map(|id| radius(&scene.geometry, patches, id)).collect();
-        let mut me = Self {
+        Self {
             scene,
             patches,
             solution,
@@ -153,12 +184,14 @@ impl<'a> Gatherer<'a> {
             seed,
             near: Vec::new(),
             turns: if options.of_pictures { TURNS_OF_PICTURES } else { TURNS },
-        };
-        if options.of_pictures {
-            me.outlooks = me.outlooks();
         }
-        me.near = patches.ids().map(|id| me.near(id, &options)).collect();
-        me
+    }
+
+    /// The same with what rays from each patch meet, or nothing of that.
+    fn seeing(mut self, outlooks: Vec<Outlook>) -> Self {
+        self.outlooks = outlooks;
+        self.near = self.patches.ids().map(|id| self.near(id, &self.options)).collect();
+        self
     }
 
     /// Hits of a patch nearer than this, m, are gathered once more.
