@@ -45,8 +45,9 @@ pub trait Engine: Send {
         BLOCK
     }
 
-    /// Makes one row for each of `rows`, in `out` of the same length. The result depends neither on
-    /// how rows are grouped nor on the number of threads.
+    /// Makes one row for each of `rows`, in `out` of the same length. The result does not depend on
+    /// the number of threads, and but for rounding it does not depend on which rows are made with
+    /// each other: sampled ones share packets of rays.
     fn fill(&mut self, rows: &[PatchId], out: &mut [Row]) -> Result<(), EngineError>;
 
     /// Makes the rows of `ids` and hands them to `sink`, block by block; advances `progress` by one
