@@ -10,7 +10,7 @@ use crate::patches::{MAX_PATCHES, PatchId};
 use crate::ranks::RanksError;
 
 /// Rows that ranks send at a time.
-const AT_ONCE: usize = 4096;
+const AT_ONCE: usize = 1024;
 
 /// Writes all rows into the folder `name`, in the order of patches. Where ranks share them, the
 /// others [send] theirs meanwhile.
