@@ -40,6 +40,15 @@ pub enum RanksError {
     /// They cannot reach each other.
     #[error("the ranks cannot reach each other: {0}")]
     Unreachable(String),
+    /// One has another scene, or other options.
+    #[error(
+        "rank {rank} has another model or other options than rank 0: all ranks must read the same \
+         files"
+    )]
+    Different {
+        /// The other one.
+        rank: usize,
+    },
     /// One does not do the same work as this one.
     #[error(
         "rank {rank} sent {sent} bytes, and not {due}: all ranks must have the same scene and the \

@@ -1,5 +1,6 @@
 //! From a scene to the irradiance of its patches: subdivide, make form factors, solve.
 
+mod agreement;
 mod balance;
 mod dark;
 mod error;

@@ -280,6 +280,41 @@ fn what_ranks_cannot_share_is_refused() {
     assert!(refused(usual).to_string().contains("no line"));
 }
 
+#[test]
+fn ranks_with_other_models_or_options_do_not_work_together() {
+    let usual = options(0.05, None);
+    let lit = |of: &(dyn Fn(bool) -> (Scene, LightOptions) + Sync)| {
+        among(&table(2), 2, |ranks| {
+            let (scene, options) = of(ranks.is_first());
+            let work = Work { ranks, kept: None };
+            light_shared(&scene, &options, &work, &Silent).map(|solution| solution.irradiance)
+        })
+    };
+    let other_rays = EngineOptions::Rays(RaysOptions { samples: 256, seed: 7 });
+    let mut painted = room();
+    painted.optics.reflectance[0] *= 0.5;
+    for found in [
+        lit(&|first| match first {
+            true => (room(), usual),
+            false => (room(), LightOptions { engine: other_rays, ..usual }),
+        }),
+        lit(&|first| (if first { room() } else { painted.clone() }, usual)),
+    ] {
+        for error in found.into_iter().map(Result::unwrap_err) {
+            assert!(matches!(error, LightError::Ranks(RanksError::Different { rank: 1 })));
+        }
+    }
+    // Each may have another memory: all take what all have.
+    let memory = |first: bool| usual.memory >> u32::from(first);
+    let found = lit(&|first| (room(), LightOptions { memory: memory(first), ..usual }));
+    let found: Vec<_> = found.into_iter().map(Result::unwrap).collect();
+    assert!(found[0] == found[1] && !found[0].is_empty());
+    let too_little = lit(&|first| (room(), LightOptions { memory: memory(first) >> 30, ..usual }));
+    for error in too_little.into_iter().map(Result::unwrap_err) {
+        assert!(matches!(error, LightError::Memory { .. }));
+    }
+}
+
 /// A rank that cannot reach others.
 #[derive(Debug)]
 struct Mute;

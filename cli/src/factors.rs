@@ -70,7 +70,8 @@ fn matrix(args: &Factors) -> Result<(), Failure> {
     let mut files = vec![("-o", args.outcome.output.as_ref())];
     files.extend(args.outcome.surfaces.iter().map(|path| ("--surfaces", Some(path))));
     files.push(("--report", args.run.report.as_ref()));
-    outputs::check(&files, &scene.files)?;
+    let parts = parts::files(args);
+    outputs::check(&files, scene.files.iter().chain(&parts))?;
     let zone = idf::zone_of(args, format, &scene)?;
     drawn::check_names(args, &scene)?;
     let bar = Bar::new(args.run.quiet);

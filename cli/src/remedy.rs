@@ -176,7 +176,7 @@ pub fn of_view3d(error: &MatrixError) -> &'static str {
 /// About part of a matrix that was not made.
 pub fn of_part(error: &MatrixError) -> String {
     match error {
-        MatrixError::Sink(SinkError::Memory { .. }) => {
+        MatrixError::Memory { .. } | MatrixError::Sink(SinkError::Memory { .. }) => {
             "; allow more with --memory, or make more parts".to_owned()
         }
         other => of_matrix(other, false),

@@ -154,6 +154,10 @@ fn parts_of_another_plan_or_division_and_other_models_are_refused() {
     assert_eq!(merged.code, Some(1), "{merged:?}");
     assert!(merged.stderr.contains("1 (of another plan)"), "{merged:?}");
 
+    let over = merge(&bench, "parts", &["-o", "parts/part-1-of-2.npz"]);
+    over.refused(&["part-1-of-2.npz", "is read by this run"]);
+    merge(&bench, "parts", &["--report", "plan.json"]).refused(&["is read by this run"]);
+
     part(&bench, "1/3", "parts").ok();
     merge(&bench, "parts", &[]).refused(&["parts of 2 and of 3"]);
     fs::create_dir(bench.path("empty")).unwrap();
@@ -166,6 +170,7 @@ fn parts_of_another_plan_or_division_and_other_models_are_refused() {
         fs::write(bench.path("plan.json"), plan.replace(from, to)).unwrap();
         part(&bench, "1/2", "parts").refused(&["plan.json", "--plan"]);
     };
+    edit("\"program\": \"", "\"program\": \"9");
     edit("\"error\": 0.001", "\"error\": 0.01");
     edit("hemicube plan", "something");
     edit("\"version\": 1", "\"version\": 2");
@@ -185,11 +190,14 @@ fn what_does_not_belong_to_a_part_is_refused() {
     args(&["--engine", "rays"]).refused(&["--engine exact"]);
     args(&["--group"]).refused(&["--group"]);
     args(&["--part", "1/2"]).refused(&["--output"]);
-    for wrong in ["0/2", "3/2", "1", "1/0", "a/b", "1/9999999"] {
+    for wrong in ["0/2", "3/2", "1", "1/0", "a/b"] {
         args(&["--part", wrong, "-o", "parts"]).refused(&[wrong, "3/16"]);
     }
     args(&["--part", "1/2", "-o", "parts", "--error", "1"]).refused(&["--error"]);
     args(&["--part", "1/2", "-o", "parts", "--memory", "1K"])
         .refused(&["--memory", "make more parts"]);
+    args(&["--part", "1/2", "-o", "parts", "--report", "plan.json"])
+        .refused(&["plan.json", "is read by this run"]);
+    args(&["--part", "1/9999999", "-o", "parts"]).refused(&["at most"]);
     assert_eq!(bench.files(), ["parts", "plan.json", "room.obj"]);
 }

@@ -44,6 +44,14 @@ pub enum MatrixError {
     /// A plan is for the exact engine alone.
     #[error("only the exact engine makes a matrix in parts")]
     Parts,
+    /// There is no such row.
+    #[error("there is no row {row}: the matrix has {rows}, counted from 0")]
+    NoRow {
+        /// The number that was asked for.
+        row: usize,
+        /// Number of rows.
+        rows: usize,
+    },
     /// The engine does not say what escapes, which closing the matrix needs to know.
     #[error("the classical engine does not know what escapes, so its matrix cannot be closed")]
     NoAccount,

@@ -24,7 +24,7 @@ pub(super) const ENTRY_BYTES: u64 = 8;
 
 /// Bytes a patch takes beside its row: cells, areas, scales, and the sample that reciprocity is
 /// measured on.
-const PATCH_BYTES: u64 = 1000;
+pub(super) const PATCH_BYTES: u64 = 1000;
 
 /// A matrix that takes no more bytes than this fits anywhere.
 const EASILY: u64 = 1 << 30;

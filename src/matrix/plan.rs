@@ -3,9 +3,13 @@
 use serde::{Deserialize, Serialize};
 
 use super::error::MatrixError;
+use super::forecast::PATCH_BYTES;
 use super::options::MatrixOptions;
 use super::stored::{hexadecimal, same_with, subdivide};
-use crate::engines::{EngineOptions, Exact, ExactOptions, PairsTally, TilePairs, Tiling};
+use crate::engines::{
+    Engine, EngineError, EngineOptions, Exact, ExactOptions, PairsTally, SampleOfRows, TilePairs,
+    Tiling,
+};
 use crate::patches::{Patches, warn_of_contacts};
 use crate::progress::Progress;
 use crate::scene::Geometry;
@@ -83,10 +87,12 @@ impl Plan {
         ExactOptions { error: self.error, seed: self.seed, ray_scale }
     }
 
-    /// Checksum of all that it says, in hexadecimal.
+    /// Checksum of all that it says, and of the version of the library, in hexadecimal.
     #[must_use]
     pub fn checksum(&self) -> String {
         let mut hasher = blake3::Hasher::new();
+        // Another version may evaluate pairs in another way.
+        hasher.update(env!("CARGO_PKG_VERSION").as_bytes());
         let texts = [&self.fingerprint, &self.mesh, &self.tiling.order];
         texts.iter().for_each(|text| {
             hasher.update(text.as_bytes());
@@ -115,11 +121,19 @@ impl Plan {
         self.check_geometry(geometry)?;
         let bvh = Bvh::new(geometry);
         let patches = subdivide(geometry, &bvh, self.patch_size, progress)?;
-        let engine = exact_engine(geometry, (&patches, &bvh), self.exact(), progress)?;
+        let mut engine = exact_engine(geometry, (&patches, &bvh), self.exact(), progress)?;
         self.check(&patches, &engine)?;
+        let beside = PATCH_BYTES * self.patches + engine.bytes(0);
+        let part = bytes_of_pairs(&mut engine, &patches)? / u64::from(of.max(1));
+        if beside + part > memory {
+            let (patches, needed) = (patches.len(), beside + part);
+            let can_go_to_a_store = false;
+            let allowed = memory;
+            return Err(MatrixError::Memory { patches, needed, allowed, can_go_to_a_store });
+        }
         let numbers: Vec<u64> = self.numbers((number, of)).collect();
         progress.stage("pairs of tiles", numbers.len() as u64);
-        let (tiles, tally) = engine.evaluate(&numbers, memory, progress)?;
+        let (tiles, tally) = engine.evaluate(&numbers, memory - beside, progress)?;
         Ok(Part { number, of, tally, tiles })
     }
 
@@ -129,7 +143,10 @@ impl Plan {
     }
 
     /// Refuses another model.
-    pub(super) fn check_geometry(&self, geometry: &Geometry) -> Result<(), MatrixError> {
+    ///
+    /// # Errors
+    /// If the geometry is not the one that was planned for.
+    pub fn check_geometry(&self, geometry: &Geometry) -> Result<(), MatrixError> {
         match hexadecimal(&geometry.fingerprint()) == self.fingerprint {
             true => Ok(()),
             false => Err(MatrixError::Foreign {
@@ -146,6 +163,20 @@ impl Plan {
             && engine.tiling() == self.tiling;
         if same { Ok(()) } else { Err(MatrixError::Replan) }
     }
+}
+
+/// Bytes that all pairs take before they are rows, nearly.
+fn bytes_of_pairs(engine: &mut Exact<'_>, patches: &Patches) -> Result<u64, EngineError> {
+    /// So little fits anywhere.
+    const EASILY: f64 = (1_u64 << 28) as f64;
+    /// Both places and what they exchange, of a pair that stands for two entries.
+    const ENTRY: f64 = 3.0;
+    let bytes = |sample: SampleOfRows| ENTRY * sample.distinct * patches.len() as f64;
+    let most = SampleOfRows::at_most(engine).map(bytes).filter(|most| *most <= EASILY);
+    Ok(match most {
+        Some(most) => most as u64,
+        None => bytes(SampleOfRows::of(engine, patches)?) as u64,
+    })
 }
 
 /// The exact engine for these patches.

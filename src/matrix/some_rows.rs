@@ -15,11 +15,11 @@ use crate::scene::{Geometry, Side};
 use crate::visibility::Bvh;
 
 /// Makes these `rows` of the matrix of a model, in memory: the same as [`make`](super::make) makes
-/// them. All others are empty; numbers that no row has are left out. Closing a matrix takes all of
-/// its rows, so [`MatrixOptions::enclosure`] is not used.
+/// them. All others are empty. Closing a matrix takes all of its rows, so
+/// [`MatrixOptions::enclosure`] is not used.
 ///
 /// # Errors
-/// As [`make`](super::make).
+/// As [`make`](super::make), and if there is no such row.
 pub fn make_rows(
     geometry: &Geometry,
     options: &MatrixOptions,
@@ -32,6 +32,9 @@ pub fn make_rows(
     warn_of_contacts(&patches, progress);
     let layout = Layout::new(geometry, &patches);
     clock.lap("subdivide");
+    if let Some(&row) = rows.iter().find(|&&row| row >= layout.len()) {
+        return Err(MatrixError::NoRow { row, rows: layout.len() });
+    }
     let mut engine = options.engine.engine(geometry, &patches, &bvh, options.memory, progress)?;
     let patch_of = |&row: &usize| layout.faces.get(row)?.patch;
     let mut ids: Vec<PatchId> = rows.iter().filter_map(patch_of).collect();

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::agreement::agreed;
 use super::dark::Rough;
 use super::error::LightError;
 use super::memory::{Mesh, check_memory};
@@ -110,6 +111,7 @@ impl Transport {
         if !options.engine.knows_environment() && scene.sky != Rgb::ZERO {
             return Err(LightError::NoSky);
         }
+        let options = &agreed(scene, options, &work.ranks)?;
         let bvh = Bvh::new(&scene.geometry);
         progress.advance(0)?;
         let mesh = MeshOptions::of(scene, options);

@@ -231,9 +231,13 @@ impl FaceSides {
 }
 
 fn part(text: &str) -> Result<(u32, u32), String> {
-    let numbers = text.split_once('/').and_then(|(k, n)| Some((k.parse().ok()?, n.parse().ok()?)));
+    let numbers = text.split_once('/');
+    let numbers = numbers.and_then(|(k, n)| Some((k.parse::<u32>().ok()?, n.parse().ok()?)));
     match numbers {
         Some((k, n)) if (1..=n).contains(&k) && n <= MOST_PARTS => Ok((k, n)),
+        Some((_, n)) if n > MOST_PARTS => {
+            Err(format!("{n} parts are too many: {MOST_PARTS} at most"))
+        }
         _ => Err(format!("'{text}' is no part; write it like 3/16, from 1/16 to 16/16")),
     }
 }

@@ -9,7 +9,7 @@ use crate::terminal::say;
 /// Of a matrix that has been written: warns if it is less exact than was asked for, or fails with
 /// `--strict`.
 pub fn verdict(args: &Factors, report: &MatrixReport) -> Result<(), Failure> {
-    let Some(text) = shortfall(report) else { return Ok(()) };
+    let Some(text) = shortfall(report, args.parts.is_some()) else { return Ok(()) };
     if args.outcome.strict {
         let path = args.outcome.output.as_ref().map(|path| path.display().to_string());
         let (scene, written) = (args.model.scene.display(), path.as_deref().unwrap_or("the table"));
@@ -24,11 +24,16 @@ pub fn verdict(args: &Factors, report: &MatrixReport) -> Result<(), Failure> {
 
 /// By how much the error that a matrix states exceeds the one asked for, and what would help;
 /// `None` if it does not, or if its engine states none.
-fn shortfall(report: &MatrixReport) -> Option<String> {
-    const REMEDY: &str = "use a smaller --patch-size or allow a larger --error, and compare with \
-                          --engine rays";
+fn shortfall(report: &MatrixReport, in_parts: bool) -> Option<String> {
+    let remedy = match in_parts {
+        true => "plan it anew with a smaller --patch-size, or allow a larger --error there",
+        false => {
+            "use a smaller --patch-size or allow a larger --error, and compare with \
+                  --engine rays"
+        }
+    };
     let asked = report.engine.as_ref()?.error?;
-    exceeded(asked, report.pairs?.error).map(|text| format!("{text}; {REMEDY}"))
+    exceeded(asked, report.pairs?.error).map(|text| format!("{text}; {remedy}"))
 }
 
 /// By how much the stated error exceeds the one asked for, if it does.
@@ -62,7 +67,7 @@ mod tests {
     fn only_what_exceeds_the_error_asked_for_is_said() {
         assert_eq!(exceeded(1e-3, 1e-3), None);
         assert_eq!(exceeded(1e-3, 0.0), None);
-        assert_eq!(shortfall(&MatrixReport::default()), None);
+        assert_eq!(shortfall(&MatrixReport::default(), false), None);
         let said = exceeded(1e-3, 8.42e-3).unwrap_or_default();
         for part in ["0.842 %", "8.4 times the 0.1 %"] {
             assert!(said.contains(part), "{said}");

@@ -1,6 +1,6 @@
 //! Matrices in parts: `--plan`, `--part`, and what `hemicube merge` reads.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use hemicube::engines::PairsTally;
@@ -73,18 +73,24 @@ pub fn plan(args: &Factors, path: &Path) -> Result<(), Failure> {
 
 /// Makes a part of a planned matrix; one that is there already is left as it is.
 pub fn part(args: &Factors, plan: &Path, part: (u32, u32)) -> Result<(), Failure> {
-    let folder = args.outcome.output.as_deref().unwrap_or(Path::new("."));
+    let Some(folder) = &args.outcome.output else {
+        return Err(Failure::input("--part goes with -o, the folder of the parts"));
+    };
+    let inputs = plan.to_path_buf();
     let plan = read(plan)?;
     let scene = read_model(args)?;
+    plan.check_geometry(&scene.geometry).map_err(|e| failure(args, e))?;
     let (number, of) = part;
     std::fs::create_dir_all(folder)
         .map_err(|e| Failure::Input(format!("{}: {e}", folder.display())))?;
     let path = part_path(folder, part);
     let files = [("-o", Some(&path)), ("--report", args.run.report.as_ref())];
-    outputs::check(&files, &scene.files)?;
+    outputs::check(&files, scene.files.iter().chain([&inputs]))?;
     if has_part(folder, &plan, part) {
         if !args.run.quiet {
-            say(&format!("part {number} of {of}: is there already, complete"));
+            let unsaid =
+                if args.run.report.is_some() { "; --report is of parts that are made" } else { "" };
+            say(&format!("part {number} of {of}: is there already, complete{unsaid}"));
         }
         print(&path.display().to_string());
         return Ok(());
@@ -123,6 +129,13 @@ pub fn part(args: &Factors, plan: &Path, part: (u32, u32)) -> Result<(), Failure
     }
     print(&path.display().to_string());
     Ok(())
+}
+
+/// The plan and the parts that are read.
+pub fn files(args: &Factors) -> Vec<PathBuf> {
+    let of_folder = |folder: &PathBuf| std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let parts = args.parts.iter().flat_map(of_folder).map(|entry| entry.path());
+    args.plan.iter().cloned().chain(parts).collect()
 }
 
 /// The parts that `hemicube merge` joins, all of them checked, and their plan.

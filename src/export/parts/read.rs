@@ -114,6 +114,10 @@ pub fn read_plan(path: &Path) -> Result<Plan, ReadError> {
     if read.version != VERSION {
         return Err(broken(&format!("was written by hemicube {}, in another form", read.program)));
     }
+    if read.program != env!("CARGO_PKG_VERSION") {
+        let (program, own) = (read.program, env!("CARGO_PKG_VERSION"));
+        return Err(broken(&format!("was made by hemicube {program}, and this is {own}")));
+    }
     let plan = read.plan;
     let tiles = u64::from(plan.tiling.tiles);
     let sound = plan.patch_size.is_none_or(|size| size > 0.0)
@@ -239,8 +243,8 @@ fn open(
     if archive.bytes("checksum", MOST)? != checksum.as_bytes() {
         return Err("its checksum differs".into());
     }
-    let PairsTally { pairs, partly, .. } = head.tally;
-    if pairs != entries || partly > pairs {
+    let PairsTally { pairs, partly, squares, .. } = head.tally;
+    if pairs != entries || partly > pairs || (pairs > 0 && squares == 0) {
         return Err("head.json does not say how many pairs it holds".into());
     }
     Ok((PartFile { path, starts, places }, head.tally))
