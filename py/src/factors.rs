@@ -52,7 +52,7 @@ impl Pieces {
         PyArray1::from_iter(py, self.layout.faces.iter().map(|f| f.side == Side::Back))
     }
 
-    /// Irradiance (p,) by parallel light from where `toward` points, W/m².
+    /// Irradiance (p,) by parallel light from where `toward`, of length 1, points, W/m².
     #[pyo3(signature = (toward, irradiance, progress=None))]
     fn sunlight<'py>(
         &self,
@@ -64,7 +64,7 @@ impl Pieces {
         let found = run(py, progress, |progress| {
             progress.stage("sunlight", 0);
             let mut scene = scene::Scene::clone(&self.scene);
-            let direction = -DVec3::from(toward).normalize_or_zero();
+            let direction = -DVec3::from(toward);
             let (name, irradiance) = ("sun".to_owned(), DVec3::splat(irradiance));
             scene.lamps = vec![Lamp::Directional { name, direction, irradiance }];
             let direct = from_lamps(&scene, &self.patches, &Bvh::new(&scene.geometry));

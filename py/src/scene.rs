@@ -6,7 +6,9 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use hemicube::scene::builtin::UnknownBuiltin;
+use hemicube::scene::geometry::MAX_COORDINATE;
 use hemicube::scene::inspect::doubtful_unit;
+use hemicube::scene::optics::MOST_RADIANCE;
 use hemicube::scene::{
     self, GroupBy, ImportOptions, Lamp, Material, Optics, Severity, SidesChoice,
 };
@@ -25,6 +27,9 @@ pub struct Scene(pub Arc<scene::Scene>);
 /// Positions and corners of triangles.
 type Mesh<'py> = (PyReadonlyArray2<'py, f64>, PyReadonlyArray2<'py, u32>);
 
+/// The same, borrowed.
+type Borrowed<'a> = (&'a [[f64; 3]], &'a [[u32; 3]]);
+
 #[pymethods]
 impl Scene {
     /// A scene of arrays (n, 3) and (m, 3) that were checked.
@@ -36,12 +41,14 @@ impl Scene {
         faces: PyReadonlyArray2<'_, u32>,
         obstacles: Option<Mesh<'_>>,
     ) -> PyResult<Self> {
-        let material = [Material::default()];
-        let made = scene::Scene::from_arrays(rows(&vertices)?, rows(&faces)?, &material, &[]);
-        let mut scene = made.map_err(|e| Failure::Input(e.to_string()).raise(py))?;
-        if let Some((vertices, faces)) = obstacles {
-            obstruct(py, &mut scene, &vertices, &faces)?;
-        }
+        let (vertices, faces) = (rows(&vertices)?, rows(&faces)?);
+        let obstacles = obstacles.as_ref().map(borrowed).transpose()?;
+        let scene = run(py, None, |_| {
+            let made = scene::Scene::from_arrays(vertices, faces, &[Material::default()], &[]);
+            let mut scene = made.map_err(|e| Failure::Input(e.to_string()))?;
+            obstruct(&mut scene, obstacles)?;
+            Ok(scene)
+        })?;
         Ok(Self(Arc::new(scene)))
     }
 
@@ -91,20 +98,24 @@ impl Scene {
         flip: bool,
         obstacles: Option<Mesh<'_>>,
     ) -> PyResult<Self> {
-        let mut scene = scene::Scene::clone(&self.0);
-        scene.choose_sides(choice(py, sides)?);
-        if flip {
-            scene.flip();
-        }
-        if let Some((vertices, faces)) = obstacles {
-            obstruct(py, &mut scene, &vertices, &faces)?;
-        }
+        let sides = choice(py, sides)?;
+        let obstacles = obstacles.as_ref().map(borrowed).transpose()?;
+        let scene = run(py, None, |_| {
+            let mut scene = scene::Scene::clone(&self.0);
+            scene.choose_sides(sides);
+            if flip {
+                scene.flip();
+            }
+            obstruct(&mut scene, obstacles)?;
+            Ok(scene)
+        })?;
         Ok(Self(Arc::new(scene)))
     }
 
     /// The same with a sky of this uniform radiance.
-    fn with_sky(&self, radiance: [f64; 3]) -> Self {
-        self.edited(|scene| scene.sky = radiance.into())
+    fn with_sky(&self, py: Python<'_>, radiance: [f64; 3]) -> PyResult<Self> {
+        bounded(py, "sky: its radiance", radiance.into())?;
+        Ok(self.edited(|scene| scene.sky = radiance.into()))
     }
 
     /// Radiance of the sky.
@@ -114,24 +125,43 @@ impl Scene {
     }
 
     /// The same with a lamp that sends out this flux alike in all directions.
-    fn with_lamp(&self, name: String, position: [f64; 3], flux: [f64; 3]) -> Self {
-        let (position, intensity) = (position.into(), DVec3::from(flux) / (4.0 * PI));
+    fn with_lamp(
+        &self,
+        py: Python<'_>,
+        name: String,
+        position: [f64; 3],
+        flux: [f64; 3],
+    ) -> PyResult<Self> {
+        let (position, intensity) = (DVec3::from(position), DVec3::from(flux) / (4.0 * PI));
+        if position.abs().max_element() > MAX_COORDINATE {
+            let text = format!("position: {position} exceeds {MAX_COORDINATE:e} metres");
+            return Err(Failure::Input(text).raise(py));
+        }
+        bounded(py, "flux: the intensity of the lamp", intensity)?;
         let (x_axis, photometry) = (DVec3::X, None);
         let lamp = Lamp::Point { name, position, intensity, x_axis, photometry };
-        self.edited(|scene| scene.lamps.push(lamp))
+        Ok(self.edited(|scene| scene.lamps.push(lamp)))
     }
 
-    /// The same with parallel light from where `toward` points.
-    fn with_sun(&self, toward: [f64; 3], irradiance: [f64; 3]) -> Self {
-        let direction = -DVec3::from(toward).normalize_or_zero();
-        let (name, irradiance) = ("sun".to_owned(), irradiance.into());
+    /// The same with parallel light from where `toward`, of length 1, points.
+    fn with_sun(&self, py: Python<'_>, toward: [f64; 3], irradiance: [f64; 3]) -> PyResult<Self> {
+        let (name, direction) = ("sun".to_owned(), -DVec3::from(toward));
+        let irradiance = irradiance.into();
+        bounded(py, "irradiance: that of the sun", irradiance)?;
         let sun = Lamp::Directional { name, direction, irradiance };
-        self.edited(|scene| scene.lamps.push(sun))
+        Ok(self.edited(|scene| scene.lamps.push(sun)))
     }
 
     /// The same where materials of that name have this radiance; None without any.
-    fn with_emission(&self, name: &str, radiance: [f64; 3]) -> Option<Self> {
-        self.with_material(name, |optics, m| optics.set_radiance(m, radiance.into()))
+    fn with_emission(
+        &self,
+        py: Python<'_>,
+        name: &str,
+        radiance: [f64; 3],
+    ) -> PyResult<Option<Self>> {
+        let radiance = radiance.into();
+        bounded(py, "radiance: that of the material", radiance)?;
+        Ok(self.with_material(name, |optics, m| optics.set_radiance(m, radiance)))
     }
 
     /// The same where materials of that name have this reflectance; None without any.
@@ -204,15 +234,24 @@ pub fn rows<'a, T: numpy::Element>(array: &'a PyReadonlyArray2<'_, T>) -> PyResu
     Ok(array.as_slice()?.as_chunks().0)
 }
 
-/// Adds what only blocks.
-fn obstruct(
-    py: Python<'_>,
-    scene: &mut scene::Scene,
-    vertices: &PyReadonlyArray2<'_, f64>,
-    faces: &PyReadonlyArray2<'_, u32>,
-) -> PyResult<()> {
-    let added = scene.add_obstacles(rows(vertices)?, rows(faces)?);
-    added.map_err(|e| Failure::Input(format!("obstacles: {e}")).raise(py))
+fn borrowed<'a>((vertices, faces): &'a Mesh<'_>) -> PyResult<Borrowed<'a>> {
+    Ok((rows(vertices)?, rows(faces)?))
+}
+
+/// Adds what only blocks, if there is any.
+fn obstruct(scene: &mut scene::Scene, obstacles: Option<Borrowed<'_>>) -> Result<(), Failure> {
+    let Some((vertices, faces)) = obstacles else { return Ok(()) };
+    let added = scene.add_obstacles(vertices, faces);
+    added.map_err(|e| Failure::Input(format!("obstacles: {e}")))
+}
+
+/// Refuses light that no file of a scene may have; `what` says whose.
+fn bounded(py: Python<'_>, what: &str, light: DVec3) -> PyResult<()> {
+    if light.max_element() <= MOST_RADIANCE {
+        return Ok(());
+    }
+    let text = format!("{what} exceeds {MOST_RADIANCE:e}; is it in the right unit?");
+    Err(Failure::Input(text).raise(py))
 }
 
 /// What `sides=` says.

@@ -53,19 +53,26 @@ impl Progress for Heard {
 }
 
 impl Heard {
+    /// The stage, its units in all and those done, which are not those of the next.
+    fn now(&self) -> (String, u64, u64) {
+        let stage = self.stage.lock().unwrap_or_else(PoisonError::into_inner);
+        (stage.0.clone(), stage.1, self.done.load(Relaxed))
+    }
+
     /// Raises what a signal means, and tells `progress(stage, done, total)`.
     fn look(&self, py: Python<'_>, progress: Option<&Py<PyAny>>) -> PyResult<()> {
         py.check_signals()?;
         if let Some(progress) = progress {
-            let (stage, total) = self.stage.lock().unwrap_or_else(PoisonError::into_inner).clone();
-            progress.call1(py, (stage, self.done.load(Relaxed), total))?;
+            let (stage, total, done) = self.now();
+            progress.call1(py, (stage, done, total))?;
         }
         Ok(())
     }
 }
 
-/// What `work` yields, which is heard of by `progress(stage, done, total)` a few times a second.
-/// Other threads of Python go on meanwhile. Ctrl-C, and what `progress` raises, stop the work.
+/// What `work` yields, which `progress(stage, done, total)` hears of when it begins, a few times a
+/// second, and when it has ended well. Other threads of Python go on meanwhile. Ctrl-C, and what
+/// `progress` raises, stop the work.
 pub fn run<T: Send>(
     py: Python<'_>,
     progress: Option<Py<PyAny>>,
@@ -94,10 +101,14 @@ pub fn run<T: Send>(
                 }
             };
             let mut stopped = None;
-            while ends.recv_timeout(LOOK) == Err(RecvTimeoutError::Timeout) {
+            // Short work is heard of too.
+            loop {
                 if stopped.is_none() {
                     stopped = Python::attach(|py| heard.look(py, progress)).err();
                     heard.stopped.store(stopped.is_some(), Relaxed);
+                }
+                if ends.recv_timeout(LOOK) != Err(RecvTimeoutError::Timeout) {
+                    break;
                 }
             }
             (thread.join().unwrap_or_else(|panic| resume_unwind(panic)), stopped)
@@ -107,6 +118,7 @@ pub fn run<T: Send>(
         return Err(error);
     }
     let done = ended.map_err(|failure| failure.raise(py))?;
+    heard.look(py, progress)?;
     let warnings =
         std::mem::take(&mut *heard.warnings.lock().unwrap_or_else(PoisonError::into_inner));
     warnings.iter().try_for_each(|text| warn(py, text))?;

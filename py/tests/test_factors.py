@@ -102,6 +102,21 @@ def test_the_matrix_takes_over_what_the_library_filled():
     assert np.shares_memory(F.matrix.data, F._values)
     assert np.shares_memory(F.matrix.indices, F._columns)
     assert F.matrix.has_sorted_indices and F.matrix is F.matrix
+    # Whoever changes it would change all that F yields.
+    for change in (lambda M: M.data.__imul__(2.0), lambda M: M.data.__setitem__(0, 0.0)):
+        with pytest.raises(ValueError, match="read-only"):
+            change(F.matrix)
+    mine = F.matrix.copy()
+    mine.data[:] = 0.0
+    assert F.matrix.sum() > 1.0
+
+
+def test_labels_may_be_objects():
+    F = hc.view_factors(*shapes.room())
+    labels = np.array(["a", "b"] * (len(F) // 2), dtype=object)
+    assert F.lump(labels).labels.tolist() == ["a", "b"]
+    with pytest.raises(hc.InputError, match="one kind of both"):
+        F.lump(np.array(["a", 1] * (len(F) // 2), dtype=object))
 
 
 def test_arrays_of_any_kind_will_do():
@@ -189,7 +204,7 @@ def test_progress_is_heard_and_may_raise():
     mesh = shapes.sphere(1.0, 14, inwards=True)
     heard = []
     hc.view_factors(*mesh, progress=lambda done, total: heard.append((done, total)))
-    assert heard and all(0 <= done <= max(total, done) for done, total in heard)
+    assert heard and all(0 <= (done <= total or total == 0) for done, total in heard)
 
     class Enough(Exception):
         pass

@@ -24,7 +24,7 @@ vertices, faces = sphere(1.0, 150, inwards=True)
 ball = sphere(0.3, 30)
 print("ready", flush=True)
 try:
-    hc.view_factors(vertices, faces, obstacles=ball)
+    hc.view_factors(vertices, faces, obstacles=ball, memory=1 << 50)
 except KeyboardInterrupt:
     print("stopped", time.time(), flush=True)
     # The process goes on as if nothing had been.

@@ -124,3 +124,23 @@ def test_what_makes_no_sense_is_said(box, light, call, message):
     with pytest.raises(hc.InputError, match=message) as caught:
         call(box, light)
     assert "--" not in str(caught.value)
+
+
+def test_normals_have_any_length(box, light):
+    point = box.mesh.vertices.mean(axis=0)
+    found = [light.probe([point], [0.0, length, 0.0])[0] for length in (1.0, 1e200, 1e-200)]
+    assert (found[0] == found[1]).all() and (found[0] == found[2]).all()
+    with pytest.raises(hc.InputError, match=r"normals\[1\]: has no direction"):
+        light.probe([point] * 2, [[0, 1, 0], [0, 0, 0]])
+
+
+def test_what_no_file_may_hold_is_refused_at_once():
+    scene = hc.load("furnace")
+    for change, message in [
+        (lambda: scene.add_sun([0, 0, 0], 1000.0), "toward: .* has no direction"),
+        (lambda: scene.add_lamp([1e300, 0, 0], 1e3), "position: .* exceeds"),
+        (lambda: scene.add_lamp([0, 0, 0], 1e300), "exceeds"),
+        (lambda: hc.load("furnace", unit="km"), "built-in scenes are as they are"),
+    ]:
+        with pytest.raises(hc.InputError, match=message):
+            change()

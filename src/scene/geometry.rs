@@ -112,7 +112,7 @@ const DEGENERATE_ASPECT: f64 = 1e-7;
 pub(crate) const MAX_ELEMENTS: usize = 1 << 25;
 
 /// Largest coordinate in metres: beyond it areas overflow the `f32` kernels.
-pub(crate) const MAX_COORDINATE: f64 = 1e15;
+pub const MAX_COORDINATE: f64 = 1e15;
 
 impl Geometry {
     /// Number of source triangles, flagged ones included.

@@ -42,7 +42,7 @@ pub const OPAQUE_ALPHA: f64 = 0.5;
 
 /// Radiances, intensities and reflectances beyond this overflow when irradiances are squared for a
 /// residual.
-pub(crate) const MOST_RADIANCE: f64 = 1e30;
+pub const MOST_RADIANCE: f64 = 1e30;
 
 /// What stands in, in all channels, for a texture that is missing or does not decode.
 pub const ASSUMED_TEXTURE: f64 = 0.5;

@@ -16,13 +16,19 @@ from ._errors import InputError
 
 def numbers(name: str, values: ArrayLike) -> NDArray[np.float64]:
     """Any array of real numbers, in double precision."""
-    try:
-        array = np.asarray(values)
-    except ValueError as error:
-        raise InputError(f"{name}: is no array ({error})") from None
+    array = _array(name, values)
     if array.dtype.kind not in "fiu":
         raise InputError(f"{name}: has dtype {array.dtype}; give real numbers")
-    return np.asarray(array, dtype=np.float64, order="C")
+    return np.require(array, np.float64, ("C", "A"))
+
+
+def _array(name: str, values: ArrayLike) -> NDArray[Any]:
+    if np.ma.isMaskedArray(values):
+        raise InputError(f"{name}: is masked; fill it, or leave masked entries out")
+    try:
+        return np.asarray(values)
+    except ValueError as error:
+        raise InputError(f"{name}: is no array ({error})") from None
 
 
 def points(name: str, values: ArrayLike) -> NDArray[np.float64]:
@@ -39,7 +45,7 @@ def points(name: str, values: ArrayLike) -> NDArray[np.float64]:
 
 def triangles(name: str, values: ArrayLike, count: int, of: str) -> NDArray[np.uint32]:
     """Corners (m, 3), each one of `count` vertices, which are called `of`."""
-    array = np.asarray(values)
+    array = _array(name, values)
     if array.ndim != 2 or array.shape[1] != 3:
         hint = "; split polygons into triangles" if array.ndim == 2 else ""
         raise InputError(f"{name}: has shape {array.shape}; it should be (m, 3){hint}")
@@ -52,7 +58,7 @@ def triangles(name: str, values: ArrayLike, count: int, of: str) -> NDArray[np.u
             f"{name}[{row}]: {array[row].tolist()} is no triangle of {of}, which has {count} rows, "
             "counted from 0"
         )
-    return np.ascontiguousarray(array, dtype=np.uint32)
+    return np.require(array, np.uint32, ("C", "A"))
 
 
 def triple(name: str, values: ArrayLike) -> list[float]:
@@ -63,12 +69,38 @@ def triple(name: str, values: ArrayLike) -> list[float]:
     return [float(x) for x in array]
 
 
+def directions(name: str, values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Vectors (n, 3) of length 1 that point where finite ones do."""
+    largest = np.abs(values).max(axis=1, keepdims=True, initial=0.0)
+    if not (largest > 0).all():
+        raise InputError(f"{name}[{int(np.argmin(largest))}]: has no direction")
+    # Squares of very long and very short ones are no numbers.
+    scaled = values / largest
+    return np.ascontiguousarray(scaled / np.linalg.norm(scaled, axis=1, keepdims=True))
+
+
+def direction(name: str, values: ArrayLike) -> list[float]:
+    """A vector of length 1."""
+    vector = triple(name, values)
+    if not any(vector):
+        raise InputError(f"{name}: {vector} has no direction")
+    return [float(x) for x in directions(name, np.array([vector]))[0]]
+
+
 def above(name: str, value: float, least: float = 0.0) -> float:
     """A finite number above `least`."""
-    number = float(value)
+    number = real(name, value)
     if not (np.isfinite(number) and number > least):
         raise InputError(f"{name}={value!r}: is not above {least:g}")
     return number
+
+
+def real(name: str, value: float) -> float:
+    """A number, whatever its kind."""
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        raise InputError(f"{name}={value!r}: is no number") from None
 
 
 def seed_of(seed: int) -> int:
@@ -83,7 +115,7 @@ def memory_of(memory: int | None) -> int:
     """Bytes that work may take: as given, or what is free."""
     if memory is None:
         return available_memory()
-    if not 0 <= memory < 1 << 63:
+    if not hasattr(memory, "__index__") or not 0 <= memory < 1 << 63:
         raise InputError(f"memory={memory!r}: is no number of bytes")
     return int(memory)
 

@@ -136,6 +136,9 @@ class ViewFactors:
         row_of: NDArray[np.int64] | None = None,
     ) -> None:
         self._starts, self._columns, self._values = starts, columns, values
+        # The matrix is of these very arrays: nobody changes them behind the back of the others.
+        for array in (starts, columns, values):
+            array.setflags(write=False)
         self.area, self.escape, self.back = area, escape, back
         self.face, self.front, self.rows, self.labels = face, front, rows, labels
         self.error, self.report = error, report
@@ -153,7 +156,8 @@ class ViewFactors:
     @cached_property
     def matrix(self) -> csr_array:
         """The factors, (m, m), or (n, m) with `rows=`. Single precision as they are made; double
-        where they were scaled (`enclosure`, `threshold`) or lumped."""
+        where they were scaled (`enclosure`, `threshold`) or lumped. It shares their memory and is
+        not to be changed: `F.matrix.copy()` may be."""
         from scipy.sparse import csr_array
 
         # Columns and starts of one width are taken over as they are.
@@ -278,7 +282,7 @@ class ViewFactors:
         `toward` (3,) points to the sun; `irradiance` is that of a surface that faces it, W/m².
         """
         pieces, row_of = self._surfaces()
-        direction = _arrays.triple("toward", toward)
+        direction = _arrays.direction("toward", toward)
         if not np.isfinite(irradiance) or irradiance < 0:
             raise InputError(f"irradiance={irradiance!r}: is no irradiance in W/m²")
         found = pieces.sunlight(direction, float(irradiance), hearer(progress))
@@ -349,6 +353,10 @@ class ViewFactors:
 
     def _labels(self, labels: ArrayLike) -> NDArray[Any]:
         array = np.asarray(labels)
+        if array.dtype.kind == "O":
+            if not all(isinstance(label, str) for label in array.flat):
+                raise InputError("labels: give integers or strings, one kind of both")
+            array = array.astype(str)
         m, faces = len(self.area), self._faces
         if array.shape == (m,):
             return array

@@ -101,6 +101,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"{MISSING} ({error})", file=sys.stderr)
         return 2
     comm = MPI.COMM_WORLD
+    if MPI.Query_thread() < MPI.THREAD_MULTIPLE:
+        print("hemicube.mpi needs an MPI that several threads may call", file=sys.stderr)
+        comm.Abort(2)
     # One rank alone says what is wrong with the arguments, or how they are used.
     with contextlib.ExitStack() as stack:
         if comm.rank > 0:
@@ -122,8 +125,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         warnings.simplefilter("always")
         try:
             scene, problem = _scene(args), None
-        except Exception as error:
-            scene, problem = None, str(error)
+        except BaseException as error:
+            scene, problem = None, str(error) or type(error).__name__
         problems = [text for text in comm.allgather(problem) if text is not None]
         if scene is None or problems:
             if ranks.rank == 0:
@@ -131,7 +134,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             return 2
         try:
             return _light(scene, args, ranks, local, heard)
-        except Exception as error:
+        # Panics of the library are no `Exception`.
+        except BaseException as error:
             # Others would wait for this rank for ever. What is wrong on all of them the first says.
             if ranks.rank > 0:
                 time.sleep(1.0)

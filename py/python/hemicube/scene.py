@@ -46,9 +46,11 @@ def load(
     """
     name = os.fspath(path)
     if os.path.splitext(name)[1] == "" and not os.path.exists(name):
+        if (unit, up, sides) != ("m", None, "file"):
+            raise InputError(f"{name}: built-in scenes are as they are; leave unit=, up=, sides= out")
         scene = _hemicube.Scene.builtin(name)
     else:
-        axis = None if up is None else _arrays.triple("up", up)
+        axis = None if up is None else _arrays.direction("up", up)
         scene = _hemicube.Scene.load(name, metres(unit), axis, sides, float(max_reflectance), True)
     return Scene(scene.changed("file", True) if flip else scene)
 
@@ -86,7 +88,7 @@ class Scene:
     def add_sun(self, toward: ArrayLike, irradiance: ArrayLike) -> None:
         """Adds the sun, where `toward` (3,) points. What faces it receives `irradiance`, lx or
         W/m²."""
-        direction = _arrays.triple("toward", toward)
+        direction = _arrays.direction("toward", toward)
         self._scene = self._scene.with_sun(direction, _channels("irradiance", irradiance))
 
     def set_emission(self, material: str, radiance: ArrayLike) -> None:
@@ -194,12 +196,9 @@ class Light:
         planes = _arrays.points("normals", planes)
         if planes.shape != places.shape:
             raise InputError(f"normals: has shape {planes.shape}, and points {places.shape}")
-        lengths = np.linalg.norm(planes, axis=1, keepdims=True)
-        if not (lengths > 0).all():
-            raise InputError(f"normals[{int(np.argmin(lengths))}]: has no direction")
+        planes = _arrays.directions("normals", planes)
         if samples is not None and not 256 <= samples <= 1 << 20:
             raise InputError(f"samples={samples!r}: is not from 256 to {1 << 20}")
-        planes = np.ascontiguousarray(planes / lengths)
         found, half, place = self._light.probe(places, planes, samples, hearer(progress))
         for code, name in PLACES.items():
             left_out = place == code
@@ -239,7 +238,7 @@ class Light:
         looked = SimpleNamespace(
             eye=None if eye is None else _arrays.triple("eye", eye),
             target=None if target is None else _arrays.triple("target", target),
-            up=None if up is None else _arrays.triple("up", up),
+            up=None if up is None else _arrays.direction("up", up),
             vfov=None if vfov is None else float(np.radians(vfov)),
             size=None if size is None else [int(size[0]), int(size[1])],
             samples=int(samples),
