@@ -47,7 +47,7 @@ def load(
     name = os.fspath(path)
     if os.path.splitext(name)[1] == "" and not os.path.exists(name):
         if (unit, up, sides) != ("m", None, "file"):
-            raise InputError(f"{name}: built-in scenes are as they are; leave unit=, up=, sides= out")
+            raise InputError(f"{name}: built-in scenes are as they are; without unit=, up=, sides=")
         scene = _hemicube.Scene.builtin(name)
     else:
         axis = None if up is None else _arrays.direction("up", up)
