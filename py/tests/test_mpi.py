@@ -134,6 +134,13 @@ def test_what_is_wrong_is_said_and_ends_the_job(tmp_path):
     assert name.returncode != 0 and ".hemi" in name.stderr
     share = light(2, "room", "-o", tmp_path / "room.hemi", "--error", "1")
     assert share.returncode != 0 and share.stderr.count("is no percentage") == 1
+    rays = light(2, "room", "-o", tmp_path / "room.hemi", "--samples", "7")
+    assert rays.returncode != 0 and rays.stderr.count("is no integer from 32 to 65536") == 1
+    report = light(2, "room", "-o", tmp_path / "room.hemi", "--report", tmp_path / "none" / "r.json")
+    assert report.returncode != 0 and "r.json: cannot be written" in report.stderr
+    memory = light(2, "room", "-o", tmp_path / "room.hemi", "--memory", "1")
+    assert memory.returncode != 0 and "--samples, or more --memory" in memory.stderr
+    assert "Traceback" not in memory.stderr and "samples=" not in memory.stderr
     assert list(tmp_path.iterdir()) == []
 
 
@@ -150,6 +157,33 @@ assert ranks.all_gather(b"") == [b""] * 3
 assert (ranks.shared, ranks.collected) == ([67, 0], 67)
 """
     subprocess.run([MPIEXEC, "-n", "3", sys.executable, "-c", script], check=True, timeout=60)
+
+
+@pytest.mark.parametrize("name", ["_hemicube.solve_shared", "_scene"])
+def test_a_rank_that_panics_ends_the_job(name, tmp_path):
+    script = f"""
+import sys
+import hemicube.mpi
+from mpi4py import MPI
+class Panic(BaseException):
+    pass
+def fails(*_):
+    if MPI.COMM_WORLD.rank == 1:
+        raise Panic("it broke")
+    if {name!r} != "_scene":
+        MPI.COMM_WORLD.Barrier()
+hemicube.mpi.{name} = fails
+sys.exit(hemicube.mpi.main(["light", "room", "-o", "room.hemi"]))
+"""
+    done = subprocess.run(
+        [MPIEXEC, "-n", "2", sys.executable, "-c", script],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+        cwd=tmp_path,
+    )
+    assert done.returncode != 0 and "it broke" in done.stderr
 
 
 def test_without_mpi4py_the_message_names_it(tmp_path):

@@ -16,18 +16,19 @@ from ._errors import InputError
 
 def numbers(name: str, values: ArrayLike) -> NDArray[np.float64]:
     """Any array of real numbers, in double precision."""
-    array = _array(name, values)
+    array = plain(name, values)
     if array.dtype.kind not in "fiu":
         raise InputError(f"{name}: has dtype {array.dtype}; give real numbers")
-    return np.require(array, np.float64, ("C", "A"))
+    return np.require(array, np.float64, ["C", "A"])
 
 
-def _array(name: str, values: ArrayLike) -> NDArray[Any]:
-    if np.ma.isMaskedArray(values):
-        raise InputError(f"{name}: is masked; fill it, or leave masked entries out")
+def plain(name: str, values: ArrayLike) -> NDArray[Any]:
+    """What is an array, and has all of its values."""
+    if isinstance(values, np.ma.MaskedArray):
+        raise InputError(f"{name}: is a masked array; give one with all values: .filled(...)")
     try:
         return np.asarray(values)
-    except ValueError as error:
+    except (TypeError, ValueError) as error:
         raise InputError(f"{name}: is no array ({error})") from None
 
 
@@ -45,7 +46,7 @@ def points(name: str, values: ArrayLike) -> NDArray[np.float64]:
 
 def triangles(name: str, values: ArrayLike, count: int, of: str) -> NDArray[np.uint32]:
     """Corners (m, 3), each one of `count` vertices, which are called `of`."""
-    array = _array(name, values)
+    array = plain(name, values)
     if array.ndim != 2 or array.shape[1] != 3:
         hint = "; split polygons into triangles" if array.ndim == 2 else ""
         raise InputError(f"{name}: has shape {array.shape}; it should be (m, 3){hint}")
@@ -58,7 +59,7 @@ def triangles(name: str, values: ArrayLike, count: int, of: str) -> NDArray[np.u
             f"{name}[{row}]: {array[row].tolist()} is no triangle of {of}, which has {count} rows, "
             "counted from 0"
         )
-    return np.require(array, np.uint32, ("C", "A"))
+    return np.require(array, np.uint32, ["C", "A"])
 
 
 def triple(name: str, values: ArrayLike) -> list[float]:
@@ -69,55 +70,64 @@ def triple(name: str, values: ArrayLike) -> list[float]:
     return [float(x) for x in array]
 
 
-def directions(name: str, values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Vectors (n, 3) of length 1 that point where finite ones do."""
-    largest = np.abs(values).max(axis=1, keepdims=True, initial=0.0)
-    if not (largest > 0).all():
-        raise InputError(f"{name}[{int(np.argmin(largest))}]: has no direction")
-    # Squares of very long and very short ones are no numbers.
-    scaled = values / largest
-    return np.ascontiguousarray(scaled / np.linalg.norm(scaled, axis=1, keepdims=True))
-
-
-def direction(name: str, values: ArrayLike) -> list[float]:
-    """A vector of length 1."""
-    vector = triple(name, values)
-    if not any(vector):
-        raise InputError(f"{name}: {vector} has no direction")
-    return [float(x) for x in directions(name, np.array([vector]))[0]]
-
-
 def above(name: str, value: float, least: float = 0.0) -> float:
     """A finite number above `least`."""
-    number = real(name, value)
+    number = real(value)
     if not (np.isfinite(number) and number > least):
-        raise InputError(f"{name}={value!r}: is not above {least:g}")
+        raise InputError(f"{name}={value!r}: is not above {least:g}; give a number")
     return number
 
 
-def real(name: str, value: float) -> float:
-    """A number, whatever its kind."""
+def real(value: object) -> float:
+    """A number; nan of what is none."""
+    if isinstance(value, (str, bytes, bool)):
+        return np.nan
     try:
-        return float(value)
-    except (TypeError, ValueError):
-        raise InputError(f"{name}={value!r}: is no number") from None
+        return float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError, OverflowError):
+        return np.nan
+
+
+def integer(name: str, value: int, least: int, most: int) -> int:
+    """An integer from `least` to `most`."""
+    number = index(value) if hasattr(value, "__index__") else None
+    if number is None or not least <= number <= most:
+        raise InputError(f"{name}={value!r}: is no integer from {least} to {most}")
+    return number
+
+
+def direction(name: str, values: ArrayLike) -> list[float]:
+    """A vector of length 1, of three numbers that are not all zero."""
+    three = np.array([triple(name, values)])
+    if not three.any():
+        raise InputError(f"{name}: has no direction: it is zero")
+    return [float(x) for x in unit_rows(name, three)[0]]
+
+
+def unit_rows(name: str, rows: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Rows (n, 3) at length 1, however long or short they are."""
+    most = np.abs(rows).max(axis=1, keepdims=True, initial=0.0)
+    none = np.flatnonzero(most == 0.0)
+    if len(none):
+        raise InputError(f"{name}[{none[0]}]: has no direction: it is zero")
+    scaled = rows / most
+    unit: NDArray[np.float64] = scaled / np.linalg.norm(scaled, axis=1, keepdims=True)
+    return unit
 
 
 def seed_of(seed: int) -> int:
     """A seed that the library takes."""
-    number = index(seed) if hasattr(seed, "__index__") else -1
-    if not 0 <= number < 1 << 32:
-        raise InputError(f"seed={seed!r}: is no integer from 0 to {(1 << 32) - 1}")
-    return number
+    return integer("seed", seed, 0, (1 << 32) - 1)
 
 
 def memory_of(memory: int | None) -> int:
     """Bytes that work may take: as given, or what is free."""
     if memory is None:
         return available_memory()
-    if not hasattr(memory, "__index__") or not 0 <= memory < 1 << 63:
+    number = real(memory)
+    if not 0 <= number < 1 << 63:
         raise InputError(f"memory={memory!r}: is no number of bytes")
-    return int(memory)
+    return int(number)
 
 
 def sums(of: NDArray[Any], weights: NDArray[np.float64], count: int) -> NDArray[np.float64]:

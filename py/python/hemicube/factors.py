@@ -64,8 +64,8 @@ def view_factors(
     wanted = None if rows is None else _rows(rows)
     if wanted is not None and enclosure:
         raise InputError("rows=: closing a matrix takes all of its rows; leave enclosure= out")
-    if not 0.0 <= threshold < 1.0:
-        raise InputError(f"threshold={threshold!r}: is not from 0 to 1")
+    if not 0.0 <= _arrays.real(threshold) < 1.0:
+        raise InputError(f"threshold={threshold!r}: is no number from 0 to below 1")
     options = SimpleNamespace(
         error=_share("error", error),
         patch_size=None if patch_size is None else _arrays.above("patch_size", patch_size),
@@ -136,9 +136,6 @@ class ViewFactors:
         row_of: NDArray[np.int64] | None = None,
     ) -> None:
         self._starts, self._columns, self._values = starts, columns, values
-        # The matrix is of these very arrays: nobody changes them behind the back of the others.
-        for array in (starts, columns, values):
-            array.setflags(write=False)
         self.area, self.escape, self.back = area, escape, back
         self.face, self.front, self.rows, self.labels = face, front, rows, labels
         self.error, self.report = error, report
@@ -156,10 +153,13 @@ class ViewFactors:
     @cached_property
     def matrix(self) -> csr_array:
         """The factors, (m, m), or (n, m) with `rows=`. Single precision as they are made; double
-        where they were scaled (`enclosure`, `threshold`) or lumped. It shares their memory and is
-        not to be changed: `F.matrix.copy()` may be."""
+        where they were scaled (`enclosure`, `threshold`) or lumped. To be read: what is edited in
+        place is a `.copy()`."""
         from scipy.sparse import csr_array
 
+        # To change them in place would change the factors of all that is asked later.
+        self._values.setflags(write=False)
+        self._columns.setflags(write=False)
         # Columns and starts of one width are taken over as they are.
         fits = len(self._values) <= np.iinfo(np.int32).max
         starts = self._starts.astype(np.int32) if fits else self._starts
@@ -283,9 +283,10 @@ class ViewFactors:
         """
         pieces, row_of = self._surfaces()
         direction = _arrays.direction("toward", toward)
-        if not np.isfinite(irradiance) or irradiance < 0:
+        strength = _arrays.real(irradiance)
+        if not (np.isfinite(strength) and strength >= 0):
             raise InputError(f"irradiance={irradiance!r}: is no irradiance in W/m²")
-        found = pieces.sunlight(direction, float(irradiance), hearer(progress))
+        found = pieces.sunlight(direction, strength, hearer(progress))
         sums = _arrays.sums(row_of, found * pieces.areas(), len(self.area))
         return _arrays.over(sums, self.area)
 
@@ -352,11 +353,11 @@ class ViewFactors:
         return int(self.face.max()) + 1 if len(self.face) else 0
 
     def _labels(self, labels: ArrayLike) -> NDArray[Any]:
-        array = np.asarray(labels)
-        if array.dtype.kind == "O":
-            if not all(isinstance(label, str) for label in array.flat):
-                raise InputError("labels: give integers or strings, one kind of both")
+        array = _arrays.plain("labels", labels)
+        if array.dtype.kind == "O" and all(isinstance(label, str) for label in array.flat):
             array = array.astype(str)
+        if array.dtype.kind not in "iubU" or _is_mixed(labels):
+            raise InputError(f"labels: have dtype {array.dtype}; give integers or strings")
         m, faces = len(self.area), self._faces
         if array.shape == (m,):
             return array
@@ -411,11 +412,23 @@ class ViewFactors:
         return _arrays.table("view factors", facts)
 
 
+def _is_mixed(labels: Any) -> bool:
+    """Whether a list has strings and what is none, which an array would turn into strings."""
+    if not isinstance(labels, (list, tuple)):
+        return False
+    return len({isinstance(label, str) for label in labels}) > 1
+
+
 def _pair(name: str, mesh: Any) -> tuple[Floats, NDArray[np.uint32]] | None:
     """Arrays of a mesh, or of a pair of vertices and faces."""
     if mesh is None:
         return None
-    vertices, faces = mesh if isinstance(mesh, (tuple, list)) else mesh_arrays(mesh)
+    if isinstance(mesh, (tuple, list)):
+        if len(mesh) != 2:
+            raise InputError(f"{name}=: has {len(mesh)} parts; give (vertices, faces), or a mesh")
+        vertices, faces = mesh
+    else:
+        vertices, faces = mesh_arrays(mesh)
     points = _arrays.points(f"{name}: vertices", vertices)
     return points, _arrays.triangles(f"{name}: faces", faces, len(points), "vertices")
 
@@ -426,6 +439,8 @@ def _scene_of(
     obstacles: tuple[Floats, NDArray[np.uint32]] | None,
     sides: str,
 ) -> _hemicube.Scene:
+    if sides not in ("file", "one", "two"):
+        raise InputError(f"sides={sides!r}: give 'one', 'two' or 'file'")
     if isinstance(vertices, (Mesh, Scene)):
         return vertices._scene.changed(sides, False, obstacles)
     if faces is None:
@@ -436,7 +451,9 @@ def _scene_of(
 
 
 def _rows(rows: Iterable[int]) -> NDArray[np.int64]:
-    array = np.asarray(rows if isinstance(rows, (np.ndarray, range)) else list(rows))
+    if not isinstance(rows, Iterable):
+        raise InputError(f"rows={rows!r}: give integers, one or more, like [{rows!r}]")
+    array = _arrays.plain("rows", rows if isinstance(rows, (np.ndarray, range)) else list(rows))
     if array.ndim != 1 or array.dtype.kind not in "iu" or len(array) == 0:
         raise InputError("rows=: give integers, one or more")
     if (array < 0).any():
@@ -445,7 +462,7 @@ def _rows(rows: Iterable[int]) -> NDArray[np.int64]:
 
 
 def _share(name: str, value: float) -> float:
-    share = float(value)
+    share = _arrays.real(value)
     if not 0.0 < share <= 1.0:
         raise InputError(f"{name}={value!r}: is a share, above 0 and at most 1; .001 is 0.1 %")
     return share

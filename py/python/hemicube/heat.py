@@ -99,9 +99,11 @@ def balance(
     _range("temperature", given, 0.0, "K; 20 °C are 293.15")
     own = _shares("emissivity", factors.each("emissivity", emissivity))
     absorbs = own if absorptance is None else factors.each("absorptance", absorptance)
-    if environment is not None and not (np.isfinite(environment) and environment >= 0):
+    around = None if environment is None else _arrays.real(environment)
+    if around is not None and not (np.isfinite(around) and around >= 0):
         raise InputError(f"environment={environment!r}: is no temperature in K; 20 °C are 293.15")
-    if not (np.isfinite(diffuse_sunlight) and diffuse_sunlight >= 0):
+    diffuse = _arrays.real(diffuse_sunlight)
+    if not (np.isfinite(diffuse) and diffuse >= 0):
         raise InputError(f"diffuse_sunlight={diffuse_sunlight!r}: is no irradiance in W/m²")
     _, node_of = np.unique(factors.front, return_inverse=True)
     node_of = node_of.reshape(-1)
@@ -120,16 +122,16 @@ def balance(
         raise InputError(f"flux: surface {row} has a temperature and a flux; give nan for one")
     arriving = np.zeros(len(given)) if sunlight is None else factors.each("sunlight", sunlight)
     _range("sunlight", arriving, 0.0, "W/m²")
-    sunny = sunlight is not None or diffuse_sunlight > 0
+    sunny = sunlight is not None or diffuse > 0
     inputs = SimpleNamespace(
         emissivity=own,
         node_of=node_of.astype(np.uint32),
         temperature=of_nodes,
         supplied=np.nan_to_num(supplied, nan=0.0),
-        environment=None if environment is None else float(environment),
+        environment=around,
         absorptance=_shares("absorptance", absorbs),
         sunlight=arriving if sunny else None,
-        diffuse=float(diffuse_sunlight),
+        diffuse=diffuse,
         error=factors.error,
         memory=_arrays.memory_of(memory),
     )

@@ -15,19 +15,22 @@ import contextlib
 import io
 import json
 import os
+import re
 import signal
 import statistics
 import sys
+import tempfile
 import time
+import traceback
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from types import FrameType, SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from . import _arrays, _hemicube
-from ._errors import FileError, InputError
+from ._errors import Error, FileError, InputError
 from ._progress import hearer
 from .scene import Scene, load
 
@@ -101,15 +104,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"{MISSING} ({error})", file=sys.stderr)
         return 2
     comm = MPI.COMM_WORLD
-    if MPI.Query_thread() < MPI.THREAD_MULTIPLE:
-        print("hemicube.mpi needs an MPI that several threads may call", file=sys.stderr)
-        comm.Abort(2)
     # One rank alone says what is wrong with the arguments, or how they are used.
     with contextlib.ExitStack() as stack:
         if comm.rank > 0:
             stack.enter_context(contextlib.redirect_stderr(io.StringIO()))
             stack.enter_context(contextlib.redirect_stdout(io.StringIO()))
         args = _arguments().parse_args(arguments)
+    if MPI.Query_thread() < MPI.THREAD_MULTIPLE:
+        if comm.rank == 0:
+            _say("hemicube.mpi needs an MPI whose calls may come from several threads at a time")
+        return 2
     local = comm.Split_type(MPI.COMM_TYPE_SHARED).size
     threads = args.threads or max(1, _cores() // local)
     os.environ["RAYON_NUM_THREADS"] = str(threads)
@@ -125,25 +129,27 @@ def main(arguments: Sequence[str] | None = None) -> int:
         warnings.simplefilter("always")
         try:
             scene, problem = _scene(args), None
+        # A panic of the library is no Exception.
         except BaseException as error:
             scene, problem = None, str(error) or type(error).__name__
         problems = [text for text in comm.allgather(problem) if text is not None]
         if scene is None or problems:
             if ranks.rank == 0:
-                _say(problems[0])
+                _say(_by_flags(problems[0]))
             return 2
         try:
             return _light(scene, args, ranks, local, heard)
-        # Panics of the library are no `Exception`.
         except BaseException as error:
             # Others would wait for this rank for ever. What is wrong on all of them the first says.
             if ranks.rank > 0:
                 time.sleep(1.0)
-            _say(f"rank {ranks.rank}: {error or type(error).__name__}")
+            _say(f"rank {ranks.rank}: {_by_flags(str(error)) or type(error).__name__}")
+            if not isinstance(error, Error):
+                traceback.print_exc()
             # What was said has to come through first.
             time.sleep(0.2)
             comm.Abort(2 if isinstance(error, (InputError, FileError)) else 1)
-            raise
+            return 1
 
 
 def _arguments() -> argparse.ArgumentParser:
@@ -157,11 +163,12 @@ def _arguments() -> argparse.ArgumentParser:
     )
     light.add_argument("model", help=".gltf, .glb, .obj, .stl, .ply or .vs3, or a built-in scene")
     light.add_argument("-o", "--output", required=True, metavar="OUT.hemi")
-    light.add_argument("--patch-size", type=float, metavar="AREA", help="largest patch, m²")
+    light.add_argument("--patch-size", type=_area, metavar="AREA", help="largest patch, m²")
     asked = light.add_mutually_exclusive_group()
-    asked.add_argument("--samples", type=int, metavar="N", help="rays a row, 32 to 65536")
+    asked.add_argument("--samples", type=_whole(32, 1 << 16), metavar="N", help="rays a row, 32 to 65536")
     asked.add_argument("--error", type=_share, metavar="PERCENT", help="error aimed at, like 1%%")
-    light.add_argument("--seed", type=int, default=0, metavar="N", help="another one, other rays")
+    seed = _whole(0, (1 << 32) - 1)
+    light.add_argument("--seed", type=seed, default=0, metavar="N", help="another one, other rays")
     light.add_argument("--unit", default="m", help="of the model: m, mm, cm, in, ft, or metres")
     light.add_argument("--up", type=float, nargs=3, metavar=("X", "Y", "Z"))
     light.add_argument("--sides", choices=("file", "one", "two"), default="file")
@@ -170,8 +177,8 @@ def _arguments() -> argparse.ArgumentParser:
     light.add_argument(
         "--sky", type=float, nargs=3, metavar=("R", "G", "B"), help="radiance from everywhere"
     )
-    light.add_argument("--threads", type=int, metavar="N", help="of each rank")
-    light.add_argument("--memory", type=int, metavar="MIB", help="that each rank may take")
+    light.add_argument("--threads", type=_whole(1, 1 << 16), metavar="N", help="of each rank")
+    light.add_argument("--memory", type=_whole(1, 1 << 40), metavar="MIB", help="of each rank")
     light.add_argument("--report", metavar="FILE", help="what happened, as JSON")
     light.add_argument("-q", "--quiet", action="store_true")
     return parser
@@ -179,16 +186,44 @@ def _arguments() -> argparse.ArgumentParser:
 
 def _share(text: str) -> float:
     """A share of 1 from a percentage, like 1% or .5%."""
-    share = float(text.removesuffix("%")) / 100.0
+    share = _number(text.removesuffix("%")) / 100.0
     if not text.endswith("%") or not 0.0 < share < 1.0:
         raise argparse.ArgumentTypeError(f"{text!r} is no percentage like 1%")
     return share
+
+
+def _area(text: str) -> float:
+    area = _number(text)
+    if not 0.0 < area < np.inf:
+        raise argparse.ArgumentTypeError(f"{text!r} is no area in m², like .01")
+    return area
+
+
+def _whole(least: int, most: int) -> Callable[[str], int]:
+    """Reads an integer from `least` to `most`."""
+
+    def read(text: str) -> int:
+        number = _number(text)
+        if not least <= number <= most or number != int(number):
+            raise argparse.ArgumentTypeError(f"{text!r} is no integer from {least} to {most}")
+        return int(number)
+
+    return read
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is no number") from None
 
 
 def _scene(args: argparse.Namespace) -> Scene:
     """The model, with the sky that was asked for."""
     if not args.output.lower().endswith(".hemi"):
         raise InputError(f"{args.output}: solutions are written as .hemi")
+    if args.report and not os.access(os.path.dirname(args.report) or ".", os.W_OK):
+        raise FileError(f"{args.report}: cannot be written there")
     scene = load(
         args.model,
         unit=args.unit if args.unit.isalpha() else float(args.unit),
@@ -272,9 +307,26 @@ def _peak_memory() -> int:
 
 def _write_whole(path: str, text: str) -> None:
     """Writes a file beside its place, and then into it."""
-    with open(path + ".tmp", "w", encoding="utf-8") as file:
-        file.write(text)
-    os.replace(path + ".tmp", path)
+    folder = os.path.dirname(path) or "."
+    file = tempfile.NamedTemporaryFile("w", dir=folder, delete=False, encoding="utf-8")
+    try:
+        with file:
+            file.write(text)
+        os.replace(file.name, path)
+    except BaseException:
+        os.unlink(file.name)
+        raise
+
+
+def _by_flags(text: str) -> str:
+    """A message that names arguments of Python (`patch_size=`), with this command's flags."""
+    flag = r"\b(error|flip|max_reflectance|memory|patch_size|samples|seed|sides|unit|up)=(\w?)"
+    text = text.replace("scene.sky", "--sky")
+
+    def named(found: re.Match[str]) -> str:
+        return " ".join(filter(None, ("--" + found[1].replace("_", "-"), found[2])))
+
+    return re.sub(flag, named, text)
 
 
 def _say(text: str) -> None:

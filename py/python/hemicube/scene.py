@@ -46,12 +46,17 @@ def load(
     """
     name = os.fspath(path)
     if os.path.splitext(name)[1] == "" and not os.path.exists(name):
-        if (unit, up, sides) != ("m", None, "file"):
-            raise InputError(f"{name}: built-in scenes are as they are; without unit=, up=, sides=")
-        scene = _hemicube.Scene.builtin(name)
+        # It is made as it is: in metres, upright, with reflectances of its own.
+        for argument, given in (("unit", unit != "m"), ("up", up is not None)):
+            if given:
+                raise InputError(f"{argument}=: is for files; {name!r} is a built-in scene")
+        if max_reflectance != 0.9:
+            raise InputError(f"max_reflectance=: is for files; {name!r} is a built-in scene")
+        scene = _hemicube.Scene.builtin(name).changed(sides, False)
     else:
         axis = None if up is None else _arrays.direction("up", up)
-        scene = _hemicube.Scene.load(name, metres(unit), axis, sides, float(max_reflectance), True)
+        most = _arrays.real(max_reflectance)
+        scene = _hemicube.Scene.load(name, metres(unit), axis, sides, most, True)
     return Scene(scene.changed("file", True) if flip else scene)
 
 
@@ -124,7 +129,7 @@ class Scene:
 
         error       share that irradiance is to be known to on four fifths of what is lit: .01 is
                     1 %. Rays and patches are then chosen for it
-        samples     rays of each patch; not with `error`
+        samples     rays of each patch, 32 to 65536; not with `error`
         patch_size  largest area of a patch, m²
         seed        another one gives other rays
         memory      bytes that the work may take; what is free unless given
@@ -132,13 +137,11 @@ class Scene:
         """
         if error is not None and samples is not None:
             raise InputError("samples=: are chosen for error=; leave one of them out")
-        if error is not None and not 0.0 < float(error) < 1.0:
+        if error is not None and not 0.0 < _arrays.real(error) < 1.0:
             raise InputError(f"error={error!r}: is a share, above 0 and below 1; .01 is 1 %")
-        if samples is not None and samples < 1:
-            raise InputError(f"samples={samples!r}: give one or more")
         asked = SimpleNamespace(
             error=error,
-            samples=samples,
+            samples=None if samples is None else _arrays.integer("samples", samples, 32, 1 << 16),
             patch_size=None if patch_size is None else _arrays.above("patch_size", patch_size),
             seed=_arrays.seed_of(seed),
             memory=_arrays.memory_of(memory),
@@ -191,14 +194,14 @@ class Light:
         solids and outside the model are nan. `samples` are rays a point, 4096 unless given.
         """
         places = _arrays.points("points", points)
-        given = np.asarray(normals)
+        given = _arrays.plain("normals", normals)
         planes = np.broadcast_to(given, places.shape) if given.shape == (3,) else given
         planes = _arrays.points("normals", planes)
         if planes.shape != places.shape:
             raise InputError(f"normals: has shape {planes.shape}, and points {places.shape}")
-        planes = _arrays.directions("normals", planes)
-        if samples is not None and not 256 <= samples <= 1 << 20:
-            raise InputError(f"samples={samples!r}: is not from 256 to {1 << 20}")
+        planes = _arrays.unit_rows("normals", planes)
+        if samples is not None:
+            samples = _arrays.integer("samples", samples, 256, 1 << 20)
         found, half, place = self._light.probe(places, planes, samples, hearer(progress))
         for code, name in PLACES.items():
             left_out = place == code
@@ -229,7 +232,7 @@ class Light:
         """
         if (eye is None) != (target is None):
             raise InputError("eye=, target=: give both, or none")
-        if vfov is not None and not 0.0 < vfov < 180.0:
+        if vfov is not None and not 0.0 < _arrays.real(vfov) < 180.0:
             raise InputError(f"vfov={vfov!r}: is not from 0 to 180 degrees")
         if not 1 <= samples <= 15:
             raise InputError(f"samples={samples!r}: is not from 1 to 15")
@@ -267,6 +270,8 @@ class Light:
         if not name.lower().endswith(".glb"):
             raise InputError(f"{name}: baked models are written as .glb")
         width = None if texel is None else _arrays.above("texel", texel)
+        if exposure is not None and not np.isfinite(_arrays.real(exposure)):
+            raise InputError(f"exposure={exposure!r}: is no number of stops")
         written = self._light.bake(name, mode, width, exposure, hearer(progress))
         return [os.fspath(file) for file in written]
 
