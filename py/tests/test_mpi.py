@@ -136,7 +136,8 @@ def test_what_is_wrong_is_said_and_ends_the_job(tmp_path):
     assert share.returncode != 0 and share.stderr.count("is no percentage") == 1
     rays = light(2, "room", "-o", tmp_path / "room.hemi", "--samples", "7")
     assert rays.returncode != 0 and rays.stderr.count("is no integer from 32 to 65536") == 1
-    report = light(2, "room", "-o", tmp_path / "room.hemi", "--report", tmp_path / "none" / "r.json")
+    nowhere = tmp_path / "none" / "r.json"
+    report = light(2, "room", "-o", tmp_path / "room.hemi", "--report", nowhere)
     assert report.returncode != 0 and "r.json: cannot be written" in report.stderr
     memory = light(2, "room", "-o", tmp_path / "room.hemi", "--memory", "1")
     assert memory.returncode != 0 and "--samples, or more --memory" in memory.stderr
