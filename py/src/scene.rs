@@ -18,7 +18,7 @@ use pyo3::prelude::*;
 use crate::arrays::triples;
 use crate::failure::Failure;
 use crate::remedy;
-use crate::work::{run, warn};
+use crate::work::{run, run_unheard, warn};
 
 /// A model: its surfaces, their materials, and its lamps.
 #[pyclass(module = "hemicube._hemicube", frozen)]
@@ -67,8 +67,8 @@ impl Scene {
     ) -> PyResult<Self> {
         let (up, sides) = (up.map(DVec3::from), choice(py, sides)?);
         let options = ImportOptions { unit, up, max_reflectance, sides };
-        let scene =
-            run(py, None, |_| scene::load(&path, &options).map_err(|e| remedy::of_import(&e)))?;
+        let load = move || scene::load(&path, &options).map_err(|e| remedy::of_import(&e));
+        let scene = run_unheard(py, load)?;
         let unit = doubtful_unit(&scene.geometry);
         for finding in scene.findings.iter().chain(&unit) {
             let counts = lit || !finding.message.contains("reflectance");

@@ -78,11 +78,7 @@ pub fn run<T: Send>(
     progress: Option<Py<PyAny>>,
     work: impl FnOnce(&dyn Progress) -> Result<T, Failure> + Send,
 ) -> PyResult<T> {
-    if *PROCESS.get_or_init(process::id) != process::id() {
-        let text = "this process was forked from one that has worked already, and has none of its \
-                    threads; use the start method 'spawn' or 'forkserver' of multiprocessing";
-        return Err(Failure::Failed(text.to_owned()).raise(py));
-    }
+    refuse_forked(py)?;
     let heard = &Heard::default();
     let progress = progress.as_ref();
     let (ended, stopped) = py.detach(|| {
@@ -123,6 +119,44 @@ pub fn run<T: Send>(
         std::mem::take(&mut *heard.warnings.lock().unwrap_or_else(PoisonError::into_inner));
     warnings.iter().try_for_each(|text| warn(py, text))?;
     Ok(done)
+}
+
+/// What `work` yields that cannot be stopped, like reading a file. At Ctrl-C it is left alone, and
+/// what it yields is dropped.
+pub fn run_unheard<T: Send + 'static>(
+    py: Python<'_>,
+    work: impl FnOnce() -> Result<T, Failure> + Send + 'static,
+) -> PyResult<T> {
+    refuse_forked(py)?;
+    let (done, ends) = mpsc::channel();
+    let thread = thread::Builder::new().name("hemicube".into()).stack_size(STACK);
+    let sending = move || {
+        // Nobody may listen any more.
+        let _ = done.send(work());
+    };
+    if let Err(e) = thread.spawn(sending) {
+        return Err(Failure::Failed(format!("no thread to work on: {e}")).raise(py));
+    }
+    let ended = py.detach(move || {
+        loop {
+            match ends.recv_timeout(LOOK) {
+                Err(RecvTimeoutError::Timeout) => Python::attach(|py| py.check_signals())?,
+                ended => return Ok::<_, PyErr>(ended),
+            }
+        }
+    })?;
+    let panicked = |_| Failure::Failed("the work ended without a result".to_owned());
+    ended.map_err(panicked).flatten().map_err(|failure| failure.raise(py))
+}
+
+/// A forked process has none of the threads that work.
+fn refuse_forked(py: Python<'_>) -> PyResult<()> {
+    if *PROCESS.get_or_init(process::id) != process::id() {
+        let text = "this process was forked from one that has worked already, and has none of its \
+                    threads; use the start method 'spawn' or 'forkserver' of multiprocessing";
+        return Err(Failure::Failed(text.to_owned()).raise(py));
+    }
+    Ok(())
 }
 
 /// Says something doubtful about a result.
