@@ -38,9 +38,9 @@ use crate::terminal::{Bar, hear_interrupts, print, say};
 pub fn run(args: &Factors) -> Result<(), Failure> {
     hear_interrupts();
     set_threads(args.run.threads)?;
-    match (&args.plan, args.part, &args.parts) {
-        (Some(plan), Some(part), _) => parts::part(args, plan, part),
-        (Some(plan), None, None) => parts::plan(args, plan),
+    match (&args.plan, args.part, &args.outcome.output) {
+        (Some(plan), Some(part), Some(folder)) => parts::part(args, plan, part, folder),
+        (Some(plan), None, _) if args.parts.is_none() => parts::plan(args, plan),
         _ => matrix(args),
     }
 }
@@ -75,8 +75,7 @@ fn matrix(args: &Factors) -> Result<(), Failure> {
     let zone = idf::zone_of(args, format, &scene)?;
     drawn::check_names(args, &scene)?;
     let bar = Bar::new(args.run.quiet);
-    let joined = args.parts.as_ref().map(|folder| parts::open(args, folder, &bar)).transpose()?;
-    let joined = joined.flatten();
+    let joined = parts::open(args, &bar)?;
     let patch_size = joined.as_ref().map_or(args.patch_size, |(plan, _)| plan.patch_size);
     let options = MatrixOptions {
         patch_size,

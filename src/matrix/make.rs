@@ -14,11 +14,11 @@ use super::storage::{RowStore, Storage};
 use super::stored::subdivide;
 use crate::engines::{Engine, EngineOptions, FoundPairs};
 use crate::form_factors::{close, drop_below};
-use crate::patches::{PatchId, warn_of_contacts};
+use crate::patches::PatchId;
 use crate::progress::Progress;
 use crate::report::Clock;
 use crate::scene::{Geometry, Side, TriangleState};
-use crate::visibility::{Bvh, looks_inside_out};
+use crate::visibility::looks_inside_out;
 
 /// Makes the matrix of a model in memory.
 ///
@@ -87,9 +87,7 @@ fn make_of(
         return Err(MatrixError::InsideOut);
     }
     let mut clock = Clock::start();
-    let bvh = Bvh::new(geometry);
-    let patches = subdivide(geometry, &bvh, options.patch_size, progress)?;
-    warn_of_contacts(&patches, progress);
+    let (bvh, patches) = subdivide(geometry, options.patch_size, progress)?;
     let layout = Layout::new(geometry, &patches);
     clock.lap("subdivide");
     let mut engine: Box<dyn Engine> = match parts {

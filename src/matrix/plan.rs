@@ -10,7 +10,7 @@ use crate::engines::{
     Engine, EngineError, EngineOptions, Exact, ExactOptions, PairsTally, SampleOfRows, TilePairs,
     Tiling,
 };
-use crate::patches::{Patches, warn_of_contacts};
+use crate::patches::Patches;
 use crate::progress::Progress;
 use crate::scene::Geometry;
 use crate::visibility::Bvh;
@@ -64,9 +64,7 @@ impl Plan {
     ) -> Result<Self, MatrixError> {
         let EngineOptions::Exact(exact) = options.engine else { return Err(MatrixError::Parts) };
         progress.stage("plan", 0);
-        let bvh = Bvh::new(geometry);
-        let patches = subdivide(geometry, &bvh, options.patch_size, progress)?;
-        warn_of_contacts(&patches, progress);
+        let (bvh, patches) = subdivide(geometry, options.patch_size, progress)?;
         let engine = exact_engine(geometry, (&patches, &bvh), exact, progress)?;
         Ok(Self {
             scene: String::new(),
@@ -119,8 +117,7 @@ impl Plan {
         progress: &dyn Progress,
     ) -> Result<Part, MatrixError> {
         self.check_geometry(geometry)?;
-        let bvh = Bvh::new(geometry);
-        let patches = subdivide(geometry, &bvh, self.patch_size, progress)?;
+        let (bvh, patches) = subdivide(geometry, self.patch_size, progress)?;
         let mut engine = exact_engine(geometry, (&patches, &bvh), self.exact(), progress)?;
         self.check(&patches, &engine)?;
         let beside = PATCH_BYTES * self.patches + engine.bytes(0);
@@ -147,12 +144,15 @@ impl Plan {
     /// # Errors
     /// If the geometry is not the one that was planned for.
     pub fn check_geometry(&self, geometry: &Geometry) -> Result<(), MatrixError> {
-        match hexadecimal(&geometry.fingerprint()) == self.fingerprint {
-            true => Ok(()),
-            false => Err(MatrixError::Foreign {
-                scene: self.scene.clone(),
-                same_with: same_with(geometry, &self.fingerprint),
-            }),
+        if hexadecimal(&geometry.fingerprint()) != self.fingerprint {
+            let (scene, same_with) = (self.scene.clone(), same_with(geometry, &self.fingerprint));
+            return Err(MatrixError::Foreign { scene, same_with });
+        }
+        // What a file claims may be a billion patches.
+        let patch_size = self.patch_size.unwrap_or(f64::INFINITY);
+        match Patches::uniform_count(geometry, patch_size)? > self.patches {
+            true => Err(MatrixError::Replan),
+            false => Ok(()),
         }
     }
 

@@ -8,11 +8,10 @@ use super::report::{MatrixReport, ThresholdReport};
 use super::storage::Storage;
 use super::stored::subdivide;
 use crate::form_factors::{Account, FormFactors, Tallied, drop_below};
-use crate::patches::{PatchId, warn_of_contacts};
+use crate::patches::PatchId;
 use crate::progress::Progress;
 use crate::report::Clock;
 use crate::scene::{Geometry, Side};
-use crate::visibility::Bvh;
 
 /// Makes these `rows` of the matrix of a model, in memory: the same as [`make`](super::make) makes
 /// them. All others are empty. Closing a matrix takes all of its rows, so
@@ -27,9 +26,7 @@ pub fn make_rows(
     progress: &dyn Progress,
 ) -> Result<Matrix, MatrixError> {
     let mut clock = Clock::start();
-    let bvh = Bvh::new(geometry);
-    let patches = subdivide(geometry, &bvh, options.patch_size, progress)?;
-    warn_of_contacts(&patches, progress);
+    let (bvh, patches) = subdivide(geometry, options.patch_size, progress)?;
     let layout = Layout::new(geometry, &patches);
     clock.lap("subdivide");
     if let Some(&row) = rows.iter().find(|&&row| row >= layout.len()) {

@@ -5,7 +5,7 @@ use thiserror::Error;
 
 use super::layout::Layout;
 use crate::form_factors::{FormFactors, RowAccount, RowBlock, RowSink, SinkError, Weights};
-use crate::patches::{PatchId, Patches, PatchesError};
+use crate::patches::{PatchId, Patches, PatchesError, warn_of_contacts};
 use crate::progress::{Progress, Silent};
 use crate::scene::{Geometry, Sides};
 use crate::visibility::{Bvh, uncover};
@@ -88,16 +88,19 @@ pub enum StoredError {
     Sink(#[from] SinkError),
 }
 
-/// The patches that rows are of: whole triangles, or parts of at most `patch_size` m².
-pub fn subdivide(
+/// The patches that rows are of, whole triangles or parts of at most `patch_size` m², and the
+/// hierarchy of the geometry.
+pub(super) fn subdivide(
     geometry: &Geometry,
-    bvh: &Bvh,
     patch_size: Option<f64>,
     progress: &dyn Progress,
-) -> Result<Patches, PatchesError> {
+) -> Result<(Bvh, Patches), PatchesError> {
+    let bvh = Bvh::new(geometry);
     let patch_size = patch_size.unwrap_or(f64::INFINITY);
     let patches = Patches::uniform_heard(geometry, patch_size, progress)?;
-    Ok(uncover(geometry, patches, bvh, progress)?)
+    let patches = uncover(geometry, patches, &bvh, progress)?;
+    warn_of_contacts(&patches, progress);
+    Ok((bvh, patches))
 }
 
 /// Bytes as hexadecimal digits.
@@ -150,7 +153,7 @@ impl Stored {
         if claimed > rows as u64 {
             return Err(StoredError::Rows { rows, wanted: claimed as usize });
         }
-        let patches = subdivide(geometry, &Bvh::new(geometry), patch_size, &Silent)?;
+        let (_, patches) = subdivide(geometry, patch_size, &Silent)?;
         let layout = Layout::new(geometry, &patches);
         let wanted = layout.len();
         if rows != wanted {

@@ -8,6 +8,7 @@ use rayon::prelude::*;
 
 use super::system::relative;
 use super::{Method, SolveError, SolveOptions, SolveReport, System};
+use crate::patches::PatchId;
 use crate::progress::Progress;
 use crate::ranks::RanksError;
 use crate::scene::Rgb;
@@ -57,16 +58,18 @@ fn sweep(system: &System<'_>, before: &[Rgb], tolerance: f64) -> Result<Vec<Rgb>
     let mut reflected = system.factors.values(tolerance, |i| system.reflected(before, i));
     let mut swept = Vec::with_capacity(before.len());
     let ids = system.factors.ids();
+    let mut last: &[PatchId] = &[];
     for strip in system.factors.own(&ids) {
+        for i in last.iter().map(|i| i.index()) {
+            reflected.set(i, system.reflected(before, i));
+        }
+        last = strip;
         for block in strip.chunks(BLOCK) {
             let first = swept.len();
             swept.par_extend(block.par_iter().map(|&i| system.gathered(i, &reflected)));
             for (i, h) in block.iter().zip(&swept[first..]) {
                 reflected.set(i.index(), system.rho[i.index()] * *h);
             }
-        }
-        for i in strip.iter().map(|i| i.index()) {
-            reflected.set(i, system.reflected(before, i));
         }
     }
     system.factors.share_values(swept, tolerance)

@@ -36,7 +36,7 @@ struct PartReport {
 }
 
 /// Plans a matrix.
-pub fn plan(args: &Factors, path: &Path) -> Result<(), Failure> {
+pub fn plan(args: &Factors, path: &PathBuf) -> Result<(), Failure> {
     if args.outcome.output.is_some() {
         return Err(Failure::input(
             "-o goes with --part K/N, as the folder of the parts; --plan alone writes the plan",
@@ -46,8 +46,7 @@ pub fn plan(args: &Factors, path: &Path) -> Result<(), Failure> {
         return Err(Failure::input("--plan is for --engine exact"));
     }
     let scene = read_model(args)?;
-    let plan_file = path.to_path_buf();
-    let files = [("--plan", Some(&plan_file)), ("--report", args.run.report.as_ref())];
+    let files = [("--plan", Some(path)), ("--report", args.run.report.as_ref())];
     outputs::check(&files, &scene.files)?;
     let options = MatrixOptions {
         patch_size: args.patch_size,
@@ -72,12 +71,13 @@ pub fn plan(args: &Factors, path: &Path) -> Result<(), Failure> {
 }
 
 /// Makes a part of a planned matrix; one that is there already is left as it is.
-pub fn part(args: &Factors, plan: &Path, part: (u32, u32)) -> Result<(), Failure> {
-    let Some(folder) = &args.outcome.output else {
-        return Err(Failure::input("--part goes with -o, the folder of the parts"));
-    };
-    let inputs = plan.to_path_buf();
-    let plan = read(plan)?;
+pub fn part(
+    args: &Factors,
+    plan_file: &PathBuf,
+    part: (u32, u32),
+    folder: &Path,
+) -> Result<(), Failure> {
+    let plan = read(plan_file)?;
     let scene = read_model(args)?;
     plan.check_geometry(&scene.geometry).map_err(|e| failure(args, e))?;
     let (number, of) = part;
@@ -85,7 +85,7 @@ pub fn part(args: &Factors, plan: &Path, part: (u32, u32)) -> Result<(), Failure
         .map_err(|e| Failure::Input(format!("{}: {e}", folder.display())))?;
     let path = part_path(folder, part);
     let files = [("-o", Some(&path)), ("--report", args.run.report.as_ref())];
-    outputs::check(&files, scene.files.iter().chain([&inputs]))?;
+    outputs::check(&files, scene.files.iter().chain([plan_file]))?;
     if has_part(folder, &plan, part) {
         if !args.run.quiet {
             let unsaid =
@@ -138,9 +138,9 @@ pub fn files(args: &Factors) -> Vec<PathBuf> {
     args.plan.iter().cloned().chain(parts).collect()
 }
 
-/// The parts that `hemicube merge` joins, all of them checked, and their plan.
-pub fn open(args: &Factors, folder: &Path, bar: &Bar) -> Result<Option<(Plan, Parts)>, Failure> {
-    let Some(plan) = &args.plan else { return Ok(None) };
+/// The parts that `hemicube merge` joins, all of them checked, and their plan; nothing otherwise.
+pub fn open(args: &Factors, bar: &Bar) -> Result<Option<(Plan, Parts)>, Failure> {
+    let (Some(plan), Some(folder)) = (&args.plan, &args.parts) else { return Ok(None) };
     let plan = read(plan)?;
     let parts = Parts::open(folder, &plan, bar);
     let parts = parts.map_err(|e| Failure::of(e, parts_failure))?;
